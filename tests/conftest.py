@@ -55,8 +55,8 @@ def restored_logging() -> Iterator[None]:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers() -> int:
-    """Two workers more than cores: half of the time that tests take they wait for other processes."""
-    return (os.cpu_count() or 1) + 2
+    """One worker more than cores: tests often wait for other processes, but a browser needs its share of the cores."""
+    return (os.cpu_count() or 1) + 1
 
 
 @pytest.hookimpl(optionalhook=True)
