@@ -31,7 +31,7 @@ class FlightSettings:
     errors: str = "rtk"
     """Grade of the errors of vehicles and cameras: ``none``, ``rtk`` or ``gnss``."""
     conditions: str = "cool"
-    """Weather and time of day, in the simulator's words."""
+    """Weather and time of day, or a hardship for the decision, in the simulator's words."""
     side_m: float = 60.0
     """Side of the forest, which is a square and the search area."""
     image_size_px: int = 512

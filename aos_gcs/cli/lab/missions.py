@@ -25,7 +25,11 @@ def missions(
     ] = 100,
     densities: Annotated[str, typer.Option(help="Trees per hectare, separated by commas.")] = "300",
     conditions: Annotated[
-        str, typer.Option(help="Weather and time of day, separated by commas: cool, clear, overcast, night or warm.")
+        str,
+        typer.Option(
+            help="Conditions, separated by commas: cool, clear, overcast, night or warm; on the cool morning no-skin, "
+            "persons-2k-cooler, persons-4k-cooler, distractors-3k-warmer or blurred."
+        ),
     ] = "cool",
     errors: Annotated[
         str, typer.Option(help="Grades of errors of vehicles and cameras, separated by commas: none, rtk or gnss.")

@@ -40,7 +40,7 @@ class MissionKey:
 
     trees_per_ha: float
     conditions: str
-    """Weather and time of day."""
+    """Weather and time of day, or a hardship for the decision."""
     errors: str
     """Grade of the errors of vehicles and cameras."""
     has_person: bool

@@ -16,6 +16,7 @@ from aos_gcs.lab.flights import FlightSettings, Place
 from aos_gcs.ports import Clock, Vehicle
 from aos_sim.errors.cameras import ErringCameras
 from aos_sim.errors.model import ErrorModel, error_model
+from aos_sim.flights.conditions import study_conditions
 from aos_sim.flights.swarm import FlownSwarm
 from aos_sim.flights.vehicle import FlownVehicle
 from aos_sim.render.renderer import Renderer
@@ -110,17 +111,16 @@ class SimulatedFlight:
 
 def build_simulated_flight(settings: FlightSettings) -> SimulatedFlight:
     """Build a flight; see :class:`aos_gcs.lab.flights.FlightBuilder`."""
-    errors = error_model(settings.errors)
-    scene = build_scene(_scene_parameters(settings))
+    conditions = study_conditions(settings.conditions)
+    errors = conditions.errors(error_model(settings.errors))
+    scene = conditions.scene(build_scene(_scene_parameters(settings, conditions.weather)))
     return SimulatedFlight(scene, errors, settings.vehicles, settings.image_size_px, settings.seed)
 
 
-def _scene_parameters(settings: FlightSettings) -> SceneParameters:
+def _scene_parameters(settings: FlightSettings, weather: Conditions) -> SceneParameters:
     """Draw what lies in the forest; a person's posture does not hang on whether there is one."""
     rng = np.random.default_rng([settings.seed, 0xF1])
     animals, stones, cloths, stumps, waters = (int(count) for count in rng.integers(0, MAX_OF_A_KIND + 1, 5))
-    if settings.conditions not in tuple(Conditions):
-        raise ConfigurationError(f"conditions must be one of {', '.join(Conditions)}, but are {settings.conditions!r}.")
     return SceneParameters(
         seed=settings.seed,
         trees_per_ha=settings.trees_per_ha,
@@ -132,7 +132,7 @@ def _scene_parameters(settings: FlightSettings) -> SceneParameters:
         cloths=cloths,
         stumps=stumps,
         waters=waters,
-        conditions=Conditions(settings.conditions),
+        conditions=weather,
         dressed=True,
     )
 

@@ -52,6 +52,8 @@ class Person:
     clothing_temperature_celsius: float
     hooded: bool = False
     gloved: bool = False
+    masked: bool = False
+    """Face behind a cloth that is as warm as the clothes."""
     blanket: bool = False
     """Covered from the shoulders to the knees by a blanket that insulates."""
     walk: Walk | None = None
@@ -106,9 +108,10 @@ def person_mesh(person: Person) -> Mesh:
     if person.hooded:
         hair = clothed(_hair(body.head_centre, _HOOD_M))
     hand = clothed if person.gloved else bare
+    face = clothed if person.masked else bare
     parts = [clothed(ellipsoid(body.torso_centre, (0.125, 0.08, 0.19)))]
     parts += [clothed(_tube(limb), _TROUSERS_SHADE if limb.is_leg else 1.0) for limb in body.limbs]
-    parts += [bare(ellipsoid(body.head_centre, (0.045, 0.056, 0.066))), hair]
+    parts += [face(ellipsoid(body.head_centre, (0.045, 0.056, 0.066))), hair]
     parts += [hand(ellipsoid(limb.end, (0.025, 0.025, 0.045))) for limb in body.limbs if not limb.is_leg]
     if person.blanket:
         right, front, up = body.torso_centre
