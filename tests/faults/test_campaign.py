@@ -16,10 +16,11 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.runtime.virtual_time import run
+from aos_sim.vehicle.arducopter import CopterMode
 from tests.campaign import runner
 from tests.campaign.faults import FAULTS, KNOWN_DEFECTS
 from tests.campaign.faults.base import Fault
-from tests.campaign.faults.people import OperatorActs
+from tests.campaign.faults.people import OperatorActs, PilotHovers
 from tests.campaign.faults.sensors import HeightReset
 from tests.campaign.faults.station import Kill
 from tests.campaign.flight import Verdict, fly
@@ -71,6 +72,13 @@ def test_a_station_that_is_killed_leaves_no_outcome_and_the_next_one_takes_the_f
     verdict = fly(replace(CALM, faults=(Kill(10.0, restart_after_s=1.0),)))
     assert not verdict.violations, describe(verdict)
     assert any("taken up in the air" in line for line in verdict.trace)
+
+
+def test_a_pilot_whose_mode_a_command_ends_before_a_heartbeat_shows_it_chooses_it_again() -> None:
+    pilot, order = PilotHovers(10.5, 1, CopterMode.POSHOLD, 20.0), OperatorActs(10.6, Action.LAND, None)
+    verdict = fly(replace(CALM, faults=(pilot, order)))
+    assert not verdict.violations, describe(verdict)
+    assert any("1: left the swarm: its mode changed to POSHOLD" in line for line in verdict.trace), describe(verdict)
 
 
 def test_a_height_error_beyond_the_spacing_is_seen_and_shrunk_to_its_cause() -> None:

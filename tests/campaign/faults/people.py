@@ -25,6 +25,8 @@ HOVERING_MODES: Mapping[str, tuple[int, ...]] = {
     "px4": (Px4Mode.HOLD,),
 }
 """Modes that the station uses to hold, too."""
+INSISTS_AFTER_S = 2.0
+"""Time after which a pilot chooses a mode again that a command has ended, sent before a heartbeat could show it."""
 NEAR_TOP_M = 3.0
 """The station's tolerance of a take-off's height, and the climb while the vehicle brakes."""
 
@@ -55,9 +57,12 @@ class PilotTakesOver(Fault):
         if self.mode == Px4Mode.HOLD and height_m > autopilot.flight.target_enu_m[2] - NEAR_TOP_M:
             return  # stops where PX4 enters this mode by itself at the end of a take-off
         with world.oracle.piloted(self.vehicle_id):
-            vehicle.autopilot.select_mode(self.mode)
-            await world.sleep(self.duration_s)
-            vehicle.autopilot.select_mode(vehicle.autopilot.land_mode())
+            autopilot.select_mode(self.mode)
+            await world.sleep(INSISTS_AFTER_S)
+            if autopilot.flight.armed and autopilot.custom_mode() != self.mode:
+                autopilot.select_mode(self.mode)
+            await world.sleep(self.duration_s - INSISTS_AFTER_S)
+            autopilot.select_mode(autopilot.land_mode())
             while vehicle.autopilot.flight.armed and world.swarm.vehicle(self.vehicle_id) is vehicle:
                 await world.sleep(1.0)
 
