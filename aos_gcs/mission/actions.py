@@ -161,7 +161,7 @@ class ActionHandler:
                 (Task.LANDING, self._land_one, _LANDS),
             ):
                 stopped = [member for member in roster.members(task) if isinstance(member.last_command, Hold)]
-                results += [self._result(act, member, done) for member in stopped]
+                results += [self._result(_unless_piloted(act), member, done) for member in stopped]
         return await asyncio.gather(*results)
 
     async def _hold(self, operator: str) -> Sequence[ActionResult]:

@@ -100,6 +100,7 @@ class FormerFlight:
             member.altitude_offset_m = former.altitude_offset_m
             if member.airborne:
                 member.former_takeover = former.telemetry.taken_over
+                member.former_has_pilot = former.telemetry.has_pilot
                 roster.assign(member, Task.HELD)
                 attached.append(member)
         return attached

@@ -143,6 +143,9 @@ class VehicleState:
     taken_over: str = ""
     """What shows that a pilot, another station or the autopilot itself flies it against our commands; empty if none."""
     has_pilot: bool = False
-    """Whether that was ever more than the autopilot's own return or landing, since no command of ours was followed."""
+    """Whether that was ever more than the autopilot's own return or landing, since no command of ours was followed.
+
+    It stays after the motors have stopped, until they run again, a command is sent or the vehicle is reclaimed.
+    """
     failsafe: str = ""
     """Status of the autopilot's failsafe while it is active, such as "critical": only return and land are sent."""

@@ -9,7 +9,7 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_gcs.errors import CommandRefusedError
-from aos_gcs.ports import Command, Goto, Hold, Land, ReturnToLaunch, Vehicle
+from aos_gcs.ports import Arm, Command, Goto, Hold, Land, ReturnToLaunch, Vehicle
 from aos_sim.vehicle.arducopter import CopterMode
 from aos_sim.vehicle.px4_modes import Px4Mode
 from tests.contract.vehicle_bench import DriverBench, open_driver, pairs
@@ -115,6 +115,22 @@ async def test_a_waypoint_does_not_overrule_a_pilot_whom_no_heartbeat_has_shown_
         await bench.clock.sleep(FOLLOWS_S)
         assert bench.swarm.vehicle(1).autopilot.custom_mode() == mode
         assert vehicle.state.taken_over
+
+
+@pairs(fake=False)
+async def test_who_has_landed_a_vehicle_stays_known_until_its_motors_run_again(
+    implementation: str, autopilot: str
+) -> None:
+    async with open_driver(implementation, autopilot, vehicles=1) as bench:
+        vehicle = await flown_by_us(bench)
+        (mode, *_) = PILOT_MODES[autopilot]
+        for chosen in (mode, bench.swarm.vehicle(1).autopilot.land_mode()):
+            select_mode(bench, chosen)
+            await bench.clock.sleep(5.0)
+        await bench.until(lambda: not vehicle.state.armed, 240.0)
+        assert (vehicle.state.taken_over, vehicle.state.has_pilot) == ("", True)
+        await vehicle.execute(Arm(), bench.after(120.0))
+        assert not vehicle.state.has_pilot
 
 
 @each_pair

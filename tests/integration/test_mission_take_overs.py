@@ -7,7 +7,7 @@ import pytest
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.model.vehicles import Task
-from aos_gcs.ports import FlightMode, Land, ReturnToLaunch, Severity
+from aos_gcs.ports import FlightMode, Land, LandedState, ReturnToLaunch, Severity
 from tests.fakes.fleet import FakeVehicle
 from tests.fakes.mission_flight import Flight, flying, prepare
 
@@ -71,6 +71,36 @@ async def test_a_pilot_who_lands_is_not_stopped_by_a_hold_for_all() -> None:
         assert len(vehicle.commands) == commands + 1
         await flight.commands.act(Action.LAND, None)
         assert await run is Outcome.NOT_FOUND
+
+
+@pytest.mark.parametrize("action", [Action.HOLD, Action.RETURN, Action.LAND, Action.ABORT, Action.RESUME])
+@pytest.mark.parametrize("motors_run", [True, False], ids=["motors run", "motors have just stopped"])
+async def test_a_vehicle_that_its_pilot_has_landed_is_left_alone_by_actions_on_all(
+    action: Action, motors_run: bool
+) -> None:
+    flight = prepare(target=None)
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.view.steps()) == 2)
+        vehicle = flight.fleet.members[3]
+        commands = take_over(vehicle)
+        await flight.until(lambda: flight.task(3) is Task.HELD)
+        if action is Action.RESUME:
+            await flight.commands.act(Action.HOLD, None)
+        vehicle.has_pilot, vehicle.speed_mps = True, 1e3
+        vehicle.fly_to(vehicle.home_enu_m)
+        await flight.clock.sleep(0.2)
+        if not motors_run:  # as the driver reports it, before a second heartbeat and the state on the ground confirm it
+            vehicle.armed, vehicle.taken_over, vehicle.reported_landed = False, "", LandedState.LANDING
+            await flight.clock.sleep(0.2)
+        results = {result.vehicle_id: result for result in await flight.commands.act(action, None)}
+        assert not results[3].accepted
+        await flight.clock.sleep(3.0)
+        vehicle.armed, vehicle.taken_over, vehicle.reported_landed = False, "", None
+        await flight.until(lambda: flight.task(3) is Task.LANDED)
+        if action in {Action.HOLD, Action.RESUME}:
+            await flight.commands.act(Action.LAND, None)
+        await run
+    assert vehicle.commands[commands:] == []
 
 
 async def test_a_vehicle_heard_again_stays_lost_until_its_mode_is_known() -> None:

@@ -140,6 +140,26 @@ async def test_one_that_a_pilot_holds_in_a_mode_of_ours_stays_with_the_pilot_unt
 
 
 @pytest.mark.looptime
+async def test_a_landing_that_a_pilot_has_begun_before_is_not_stopped_by_a_hold_for_all() -> None:
+    last = await flown_before()
+    first, *others = last.vehicles
+    piloted = replace(first, telemetry=replace(first.telemetry, taken_over="its mode changed to LAND", has_pilot=True))
+    flight = await restarted(replace(last, vehicles=(piloted, *others)))
+    vehicle = flight.fleet.members[1]
+    vehicle.mode = FlightMode.LAND
+    async with flying(flight) as run:
+        await until_taken_up(flight)
+        results = {one.vehicle_id: one.accepted for one in await flight.commands.act(Action.HOLD, None)}
+        assert results == {1: False, 2: True, 3: True}
+        assert not vehicle.commands
+        for action in (Action.LAND, Action.HOLD):
+            (result,) = await flight.commands.act(action, (1,))
+            assert result.accepted, result.text
+        await flight.commands.act(Action.LAND, None)
+        await run
+
+
+@pytest.mark.looptime
 async def test_resume_is_refused_while_all_are_in_failsafes_and_possible_when_they_come_back() -> None:
     flight = await restarted(await flown_before())
     vehicles = flight.fleet.members.values()

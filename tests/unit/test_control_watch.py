@@ -117,6 +117,17 @@ def test_a_take_over_ends_with_the_motors() -> None:
     assert control.reason == ""
 
 
+def test_a_pilot_who_has_landed_is_known_until_the_motors_run_again() -> None:
+    control = watch("GUIDED")
+    control.begin(GUIDED, HERE)
+    watch("LOITER", "LAND", start_s=4.0, control=control)
+    for second in (6.0, 7.0):
+        control.take_heartbeat("LAND", heartbeat(armed=False), OURS, second)
+        assert (control.reason, control.has_pilot) == ("", True)
+    watch("GUIDED", start_s=8.0, control=control)
+    assert not control.has_pilot
+
+
 def test_two_reports_of_another_target_are_a_take_over() -> None:
     control = flying_to_here()
     for target in (HERE, THERE, HERE, THERE):

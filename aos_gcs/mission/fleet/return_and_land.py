@@ -229,8 +229,8 @@ class ReturnAndLand:
         """Return whether a vehicle needs a command: it has landed with running motors, or does not land on its own."""
         is_told_to_land = member.task is Task.LANDING and member.state.mode is FlightMode.RETURN
         # Motors of a vehicle that a pilot has landed are the pilot's.
-        has_landed = member.state.mode in _COMING_DOWN and not member.airborne and not member.state.taken_over
-        return member.obeys_return or is_told_to_land or has_landed
+        has_landed = member.state.mode in _COMING_DOWN and not member.airborne and not member.taken_over
+        return not member.has_pilot and (member.obeys_return or is_told_to_land or has_landed)
 
     @staticmethod
     def _can_fly_home(member: Member) -> bool:
@@ -274,7 +274,7 @@ class ReturnAndLand:
 
     def _report_pilots(self) -> None:
         for member in self._still_flying():
-            if member.has_pilot:
+            if member.has_pilot and member.airborne:
                 mode = member.state.mode_name or member.state.mode
                 self._context.journal.notice(
                     Severity.WARNING,

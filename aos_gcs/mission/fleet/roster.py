@@ -54,6 +54,8 @@ class Member:
     """Whether its altitude was found less accurate in flight than the altitude layers bear."""
     former_takeover: str = ""
     """What showed that it was taken over before its flight was taken up; empty once it is ours again."""
+    former_has_pilot: bool = False
+    """Whether that was a pilot or another station."""
     landing_enu_m: NDArray[np.float64] | None = None
     """Place where it lands; None: at home."""
     waypoint_enu_m: NDArray[np.float64] | None = None
@@ -81,7 +83,7 @@ class Member:
         if task is Task.LOST and self._task is not Task.LOST:
             self._next_task = task_when_heard_again(self._task)
         if task in {Task.JOINING, Task.SWARM}:
-            self.former_takeover = ""
+            self.former_takeover, self.former_has_pilot = "", False
         self._task = task
 
     @property
@@ -116,8 +118,14 @@ class Member:
 
     @property
     def taken_over(self) -> str:
-        """What shows that others fly it against our commands, also those of the station before; empty if none."""
-        return self.state.taken_over or self.former_takeover
+        """What shows that others fly it against our commands, also those of the station before; empty if none.
+
+        A vehicle that its pilot has landed stays the pilot's until it counts as landed.
+        """
+        state = self.state
+        if state.has_pilot and not state.armed and (self._task in FLYING or self.airborne):
+            return "its pilot has stopped its motors"
+        return state.taken_over or self.former_takeover
 
     @property
     def follows_us(self) -> bool:
@@ -136,11 +144,12 @@ class Member:
 
     @property
     def has_pilot(self) -> bool:
-        """Whether a pilot or another station flies the vehicle, so that only commands by its name reach it."""
+        """Whether a pilot or another station flies the vehicle, or lands it, so that only commands by name reach it."""
         state = self.state
-        is_left_alone = state.has_pilot or state.mode not in _COMING_DOWN
-        is_flown = state.mode is FlightMode.MANUAL or (bool(self.taken_over) and is_left_alone)
-        return self.airborne and is_flown
+        had_pilot = state.has_pilot or (self.former_has_pilot and self.last_command is None)
+        is_left_alone = had_pilot or state.mode not in _COMING_DOWN
+        is_steered = self.airborne and state.mode is FlightMode.MANUAL
+        return is_steered or (bool(self.taken_over) and is_left_alone)
 
     @property
     def why_not_ours(self) -> str:

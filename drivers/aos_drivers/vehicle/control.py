@@ -63,7 +63,7 @@ class ControlWatch:
     """Comparison of the mode and the target that an armed vehicle reports with those that we have commanded.
 
     A mode, or a target, that none of our commands explains is a take-over. It stays one, whatever the vehicle reports
-    later, until ``reclaim`` is called or the motors stop.
+    later, until ``reclaim`` is called or the motors stop; who flew the vehicle last stays known until they run again.
     """
 
     def __init__(self) -> None:
@@ -73,7 +73,7 @@ class ControlWatch:
         """Number of take-overs so far. A command that began before the latest one must not be repeated."""
         self.has_pilot = False
         """Whether a pilot or another station has flown it since it was taken over, not only the autopilot's own return
-        or landing; a command of ours ends it."""
+        or landing; a command of ours ends it, and a new start of the motors."""
         self.failsafe = ""
         """Status of the autopilot's own failsafe, in a word; empty while it has none."""
         self._is_armed = False
@@ -156,7 +156,10 @@ class ControlWatch:
         landing, which the autopilot also begins by itself; ``reports_targets`` whether the autopilot reports its
         target in this mode all the time.
         """
-        self._is_armed = is_armed = bool(heartbeat.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED)
+        is_armed = bool(heartbeat.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED)
+        if is_armed and not self._is_armed:
+            self.has_pilot = False
+        self._is_armed = is_armed
         self._mode_name = mode_name
         self.failsafe = _FAILSAFES.get(heartbeat.system_status, "") if is_armed else ""
         if not is_armed:
@@ -195,8 +198,8 @@ class ControlWatch:
             self._modes, self._climb = self._modes | climb.modes, None
 
     def _stand_down(self) -> None:
-        """Forget commands and take-overs when the motors stop."""
-        self.reason, self.has_pilot, self._beats_without_target = "", False, None
+        """Forget commands and take-overs when the motors stop, but not whether a pilot has landed the vehicle."""
+        self.reason, self._beats_without_target = "", None
         self._modes = self._older_modes = frozenset()
         self._shown_at_s = self._accepted_at_s = self._climb = None
         self._forget_target()
