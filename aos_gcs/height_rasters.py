@@ -68,16 +68,38 @@ def check_heights(dataset: Any, path: Path, name: str) -> None:
         raise InputDataError(f"{name} is incomplete: it is too small for {dataset.width} x {dataset.height} heights.")
 
 
-def read_heights(dataset: Any, window: Any = None) -> NDArray[np.float64]:
+def read_heights(dataset: Any, window: Any = None) -> NDArray[np.floating[Any]]:
     """Return heights in metres, with the scale and the offset that the file states; NaN where they are not known.
+
+    They have the precision of the file, or more.
 
     Raises:
         rasterio.errors.RasterioError: they cannot be read.
     """
-    masked = dataset.read(1, window=window, masked=True)
-    heights = np.ma.filled(masked.astype(np.float64), np.nan)
-    heights[~np.isfinite(heights)] = np.nan
-    return np.asarray(heights * dataset.scales[0] + dataset.offsets[0])
+    heights: NDArray[Any] = dataset.read(1, window=window)
+    if _may_have_holes(dataset, heights):
+        masked = dataset.read(1, window=window, masked=True)
+        heights = np.ma.filled(masked.astype(np.float64), np.nan)
+        heights[~np.isfinite(heights)] = np.nan
+    scale, offset = dataset.scales[0], dataset.offsets[0]
+    if (scale, offset) != (1.0, 0.0):
+        heights = heights * np.float64(scale) + np.float64(offset)
+    return np.asarray(heights) if heights.dtype.kind == "f" else heights.astype(np.float64)
+
+
+def _may_have_holes(dataset: Any, heights: NDArray[Any]) -> bool:
+    """Return whether a look at the mask is needed, which takes several times as long as reading."""
+    flags = {flag.name for flag in dataset.mask_flag_enums[0]}
+    least, most = float(heights.min()), float(heights.max())
+    if not (math.isfinite(least) and math.isfinite(most)) or not flags <= {"all_valid", "nodata"}:
+        return True
+    # GDAL compares with a tolerance; a value that is rounded in the file still counts as a hole.
+    return "nodata" in flags and not math.isnan(dataset.nodata) and _spans(least, most, dataset.nodata)
+
+
+def _spans(least: float, most: float, value: float) -> bool:
+    slack = 1.0 + 1e-3 * abs(value)
+    return least - slack <= value <= most + slack
 
 
 def gdal_reason(error: Exception) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -18,8 +18,8 @@ from aos_gcs.elevation.tile import BLOCK_CELLS, BlockCache, ElevationTile, block
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.extras import load_extra
 
-MAX_CACHED_BYTES = 64_000_000
-"""Memory of the blocks that were used last: 64 of 512 x 512 heights."""
+MAX_CACHED_BYTES = 32_000_000
+"""Memory of the blocks that were used last: 30 of 512 x 512 heights."""
 
 _SAME_CELL = 1e-6
 """Difference, as a share of a cell, up to which tiles lie on one grid."""
@@ -184,19 +184,17 @@ class ElevationModel:
             InputDataError: if a file cannot be read any more, or has impossible heights.
         """
         heights = np.full((len(rows), len(columns)), np.nan, dtype=np.float32)
-        for index, tile in enumerate(self._tiles):
+        for tile in self._tiles:
             row_offset, column_offset = self._offset(tile)
             first_row, first_column = int(rows[0]) - row_offset, int(columns[0]) - column_offset
-            for block_row, row, row_end in _blocks(first_row, len(rows), tile.rows):
-                for block_column, column, column_end in _blocks(first_column, len(columns), tile.columns):
-                    block = self._cache.block(index, tile, block_row, block_column)
-                    own_row, own_column = row - block_row * BLOCK_CELLS, column - block_column * BLOCK_CELLS
-                    known = block[own_row : own_row + row_end - row, own_column : own_column + column_end - column]
-                    part = heights[
-                        row - first_row : row_end - first_row, column - first_column : column_end - first_column
-                    ]
-                    # Where files overlap, one with a hole does not hide another's height.
-                    np.copyto(part, known, where=np.isnan(part))
+            row, row_end = max(0, first_row), min(tile.rows, first_row + len(rows))
+            column, column_end = max(0, first_column), min(tile.columns, first_column + len(columns))
+            if row >= row_end or column >= column_end:
+                continue
+            part = heights[row - first_row : row_end - first_row, column - first_column : column_end - first_column]
+            known = tile.read(row, column, row_end - row, column_end - column)
+            # Where files overlap, one with a hole does not hide another's height.
+            np.copyto(part, known, where=np.isnan(part))
         return heights
 
     def undulation_m(
@@ -291,16 +289,6 @@ class ElevationModel:
             round((theirs - ours) / step)
             for ours, theirs, step in zip(corners[0], corners[1], reversed(first.cell_xy), strict=True)
         )
-
-
-def _blocks(first: int, count: int, cells: int) -> Iterator[tuple[int, int, int]]:
-    """Yield the blocks that ``count`` cells of a tile's axis touch: block, first cell in it, end."""
-    begin, end = max(0, first), min(cells, first + count)
-    while begin < end:
-        block = begin // BLOCK_CELLS
-        following = min(end, (block + 1) * BLOCK_CELLS)
-        yield block, begin, following
-        begin = following
 
 
 def _first_centre(tile: ElevationTile) -> tuple[float, float]:

@@ -21,6 +21,12 @@ from aos_gcs.height_rasters import check_file, check_heights, gdal_reason, read_
 BLOCK_CELLS = 512
 """Edge of the blocks that are read."""
 
+_GDAL_OPTIONS = {"GDAL_CACHEMAX": 32}
+"""GDAL's own memory of what was read, in MB: by default it takes a twentieth of the machine's."""
+
+_MAX_BLOCK_BYTES = 64_000_000
+"""Largest part of a file that is read at once."""
+
 LEAST_M, GREATEST_M = -500.0, 9000.0
 """Heights on the earth, with some room."""
 
@@ -36,8 +42,8 @@ class ElevationTile:
             crs: coordinate system of a file that states none, such as ``EPSG:31255``.
 
         Raises:
-            InputDataError: if the file is unreadable, has no coordinate system or place, is turned, or its heights are
-                not in metres.
+            InputDataError: if the file is unreadable, has no coordinate system or place, is turned, is stored in blocks
+                that are too large, or its heights are not in metres.
             ConfigurationError: if rasterio or pyproj is not installed, or the coordinate system is not known.
         """
         self._rasterio: Any = load_extra("rasterio", "geo", "Reading an elevation model")
@@ -48,8 +54,11 @@ class ElevationTile:
         name = f"The elevation model {path}"
         check_file(path, name)
         try:
-            with warnings.catch_warnings(action="ignore", category=self._rasterio.errors.NotGeoreferencedWarning):
-                self._dataset = self._rasterio.open(path)
+            with (
+                warnings.catch_warnings(action="ignore", category=self._rasterio.errors.NotGeoreferencedWarning),
+                self._rasterio.Env(**_GDAL_OPTIONS),
+            ):
+                self._dataset = self._rasterio.open(path, num_threads="2")
         except self._rasterio.errors.RasterioError as error:
             raise InputDataError(f"{name} cannot be read: {gdal_reason(error)}.") from error
         if self._dataset.crs is None and crs is None:
@@ -65,6 +74,7 @@ class ElevationTile:
             raise InputDataError(f"The elevation model {path} is turned: warp it to rows from west to east (gdalwarp).")
         self.stated_datum: StatedDatum | None = stated_datum(self.crs, str(path))
         check_heights(self._dataset, path, name)
+        self._refuse_large_blocks()
         self.rows, self.columns = int(self._dataset.height), int(self._dataset.width)
         self.cell_xy = float(transform.a), float(transform.e)
         """Steps of a column along x and of a row along y, in units of the coordinate system."""
@@ -115,34 +125,59 @@ class ElevationTile:
         )
 
     def read_block(self, block_row: int, block_column: int) -> NDArray[np.float32]:
-        """Return a block of heights, metres; NaN where they are not known.
+        """Return a block of heights; as for ``read``."""
+        row, column = block_row * BLOCK_CELLS, block_column * BLOCK_CELLS
+        return self.read(row, column, min(BLOCK_CELLS, self.rows - row), min(BLOCK_CELLS, self.columns - column))
+
+    def read(self, row: int, column: int, rows: int, columns: int) -> NDArray[np.float32]:
+        """Return a window of heights, shape (rows, columns), metres; NaN where they are not known.
 
         Raises:
             InputDataError: if the file cannot be read any more, or has impossible heights.
         """
-        row, column = block_row * BLOCK_CELLS, block_column * BLOCK_CELLS
-        window = self._rasterio.windows.Window(
-            column, row, min(BLOCK_CELLS, self.columns - column), min(BLOCK_CELLS, self.rows - row)
-        )
+        window = self._rasterio.windows.Window(column, row, columns, rows)
         try:
-            with self._lock:
-                heights = read_heights(self._dataset, window).astype(np.float32)
+            with self._lock, self._rasterio.Env(**_GDAL_OPTIONS):
+                heights = read_heights(self._dataset, window).astype(np.float32, copy=False)
+                if self._dataset.nodata is None and not heights.all():
+                    self._blank_unwritten(heights, row, column)
         except self._rasterio.errors.RasterioError as error:
             raise InputDataError(f"The elevation model {self.path} cannot be read: {gdal_reason(error)}.") from error
         self._refuse_impossible(heights)
         return heights
 
-    def _refuse_impossible(self, heights: NDArray[np.float32]) -> None:
-        known = heights[np.isfinite(heights)]
-        if known.size and known.min() < LEAST_M:
+    def _blank_unwritten(self, heights: NDArray[np.float32], row: int, column: int) -> None:
+        """Make holes of the parts of a GeoTIFF that were never written, which GDAL reads as zeros."""
+        if self._dataset.driver != "GTiff":
+            return
+        deep, wide = self._dataset.block_shapes[0]
+        for y in range(row // deep, -(-(row + heights.shape[0]) // deep)):
+            for x in range(column // wide, -(-(column + heights.shape[1]) // wide)):
+                if self._dataset.get_tag_item(f"BLOCK_OFFSET_{x}_{y}", "TIFF", bidx=1) is None:
+                    top, left = max(0, y * deep - row), max(0, x * wide - column)
+                    heights[top : (y + 1) * deep - row, left : (x + 1) * wide - column] = np.nan
+
+    def _refuse_large_blocks(self) -> None:
+        rows, columns = self._dataset.block_shapes[0]
+        block_bytes = rows * columns * np.dtype(self._dataset.dtypes[0]).itemsize
+        if block_bytes > _MAX_BLOCK_BYTES:
             raise InputDataError(
-                f"The elevation model {self.path} has heights of {known.min():g} m: declare them as holes "
-                f"(gdal_edit -a_nodata {known.min():g})."
+                f"The elevation model {self.path} is stored in blocks of {rows} x {columns} heights, "
+                f"{block_bytes / 1e6:,.0f} MB each, which are read as a whole: store it in tiles (gdal_translate -co "
+                "TILED=YES IN OUT)."
             )
-        if known.size and known.max() > GREATEST_M:
+
+    def _refuse_impossible(self, heights: NDArray[np.float32]) -> None:
+        least, most = float(np.fmin.reduce(heights, axis=None)), float(np.fmax.reduce(heights, axis=None))
+        if least < LEAST_M:
             raise InputDataError(
-                f"The elevation model {self.path} has heights of {known.max():g}: no place on earth is so high. Are "
-                "they in feet? Convert them to metres."
+                f"The elevation model {self.path} has heights of {least:g} m: declare them as holes "
+                f"(gdal_edit -a_nodata {least:g})."
+            )
+        if most > GREATEST_M:
+            raise InputDataError(
+                f"The elevation model {self.path} has heights of {most:g}: no place on earth is so high. Are they in "
+                "feet? Convert them to metres."
             )
 
     def close(self) -> None:

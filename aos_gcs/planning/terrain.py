@@ -29,7 +29,7 @@ _LEAST_FLOOR_M = 5.0
 _BEYOND_FENCE_M = 50.0
 _NODES = 12
 """Places along each axis to which the mapping from the local frame to the model's cells is fitted."""
-_BAND_CELLS = 2_000_000
+_BAND_CELLS = 5_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,13 +172,18 @@ def _extremes(
     corners = _divided(_divided(heights, parts).T, parts).T
     skipped = (begin * merged) % parts
     corners = corners[skipped : skipped + (end - begin) * merged + 1, : columns * merged + 1]
-    found = []
-    for extreme in (np.minimum, np.maximum):
-        between = extreme(corners[:-1], corners[1:])
-        between = extreme(between[:, :-1], between[:, 1:])
-        blocks = between.reshape(end - begin, merged, columns, merged)
-        found.append(extreme.reduce(extreme.reduce(blocks, axis=3), axis=1))
-    return found[0], found[1]
+    low, high = (
+        _merged(_merged(corners, merged, extreme).T, merged, extreme).T for extreme in (np.minimum, np.maximum)
+    )
+    return low, high
+
+
+def _merged(heights: NDArray[np.float32], count: int, extreme: np.ufunc) -> NDArray[np.float32]:
+    """Return the extreme of every ``count + 1`` of n * count + 1 rows; neighbours share one. Shape (n, columns)."""
+    found = extreme(heights[:-1:count], heights[count::count])
+    for row in range(1, count):
+        extreme(found, heights[row:-1:count], out=found)
+    return np.asarray(found)
 
 
 def _divided(heights: NDArray[np.float32], parts: int) -> NDArray[np.float32]:

@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from aos_gcs.elevation import tile as tile_module
 from aos_gcs.elevation.datum import VerticalDatum
 from aos_gcs.elevation.geoid import Geoid, find_geoid
 from aos_gcs.elevation.model import ElevationModel, ModelKind
@@ -218,6 +219,42 @@ def test_pictures_and_other_rasters_are_no_heights(tmp_path: Path) -> None:
     cut.write_bytes(cut.read_bytes()[: cut.stat().st_size // 2])
     with pytest.raises(InputDataError, match="damaged or incomplete: copy it again"):
         opened(cut).holes(10**6)
+
+
+def test_a_file_that_can_only_be_read_as_a_whole_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tile_module, "_MAX_BLOCK_BYTES", 40_000)
+    model = {"heights": np.full((120, 100), 700.0, dtype=np.float32), "crs": "EPSG:32633+5773"}
+    refused(
+        write_model(tmp_path / "whole.tif", blockysize=120, compress="deflate", **model), "blocks of 120 x 100 heights"
+    )
+    opened(write_model(tmp_path / "rows.tif", blockysize=16, **model))
+
+
+def test_what_was_never_written_is_a_hole(tmp_path: Path) -> None:
+    """GDAL reads it as zeros, which would be the sea."""
+    import rasterio  # noqa: PLC0415
+
+    heights = np.full((120, 100), 700.0, dtype=np.float32)
+    stored = write_model(tmp_path / "dtm.tif", "EPSG:32633+5773", heights=heights, nodata=None)
+    with rasterio.open(stored) as dataset:
+        profile = dataset.profile | {"tiled": True, "blockxsize": 16, "blockysize": 16}
+    with rasterio.open(stored, "w", SPARSE_OK=True, **profile) as dataset:
+        dataset.write(heights[:32, :20], 1, window=rasterio.windows.Window(30, 16, 20, 32))
+    model = opened(stored)
+    holes = model.holes(10**6)
+    assert holes is not None
+    # Blocks of 16 cells: three columns of them and two rows were begun.
+    assert holes.count == 120 * 100 - 32 * 48
+    assert np.isfinite(model.cells_of_files(np.arange(10, 60), np.arange(5, 70))).sum() == 32 * 48
+
+
+@pytest.mark.parametrize("value", [-9999.0, 0.0, 701.0, float("nan")])
+def test_holes_are_found_whatever_value_stands_for_them(tmp_path: Path, value: float) -> None:
+    heights = np.full((120, 100), 700.0, dtype=np.float32)
+    heights[60:62, 50] = np.nan
+    holes = opened(write_model(tmp_path / "dtm.tif", "EPSG:32633+5773", heights=heights, nodata=value)).holes(10**6)
+    assert holes is not None
+    assert holes.count == 2
 
 
 def test_infinite_heights_are_holes(tmp_path: Path) -> None:

@@ -147,7 +147,7 @@ def _read_geotiff(path: Path, origin: GeodeticPosition | None) -> Terrain:
                 f"first (at most {MAX_SAMPLES} heights)."
             )
         check_heights(dataset, path, f"The terrain {path}")
-        heights = read_heights(dataset)
+        heights = read_heights(dataset).astype(np.float64)
         crs, to_world = dataset.crs, np.array(dataset.transform).reshape(3, 3)
     if not crs and np.array_equal(to_world, np.eye(3)):
         raise InputDataError(
