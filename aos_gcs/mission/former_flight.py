@@ -22,6 +22,7 @@ from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.plan import MissionPlan, apply_plan
 from aos_gcs.planning.proposal import propose_limits
 from aos_gcs.planning.settings import MissionSettings
+from aos_gcs.ports import FormerLinks
 
 _SAME_FENCE_M = 0.5
 """Largest difference of a corner of the same geofence."""
@@ -35,6 +36,14 @@ class FormerFlight:
     """State of the mission as it was recorded last."""
     plan: MissionPlan | None
     """Plan that an operator has applied; None: it flew by the configuration."""
+    recorded_utc_s: float
+    """Time of that state."""
+
+    @property
+    def links(self) -> FormerLinks:
+        """Where its vehicles in flight were proven to be, for the driver of the station that takes it up."""
+        states = [one.telemetry for one in self.last.vehicles]
+        return FormerLinks(self.recorded_utc_s, {each.vehicle_id: each.proven for each in states if each.proven})
 
     @property
     def vehicles(self) -> dict[int, VehicleSnapshot]:

@@ -8,9 +8,17 @@ unless a name says ``utc``.
 from aos_gcs.ports.capture import Capture
 from aos_gcs.ports.clock import Clock
 from aos_gcs.ports.commands import Arm, Command, Disarm, Goto, Hold, Land, ReturnToLaunch, Takeoff
-from aos_gcs.ports.driver import Driver, DriverContext, Fleet, Notice, Severity
+from aos_gcs.ports.driver import Driver, DriverContext, Fleet, FormerLinks, Notice, Severity
 from aos_gcs.ports.setup import Geofence, LatLon, Safeguard, VehicleFacts
-from aos_gcs.ports.telemetry import CameraState, ComponentLink, FlightMode, LandedState, LinkQuality, VehicleState
+from aos_gcs.ports.telemetry import (
+    CameraState,
+    ComponentLink,
+    FlightMode,
+    LandedState,
+    LinkQuality,
+    ProvenLink,
+    VehicleState,
+)
 from aos_gcs.ports.vehicle import Vehicle
 from aos_gcs.ports.worker import ThreadWorker, Worker
 
@@ -26,6 +34,7 @@ __all__ = [
     "DriverContext",
     "Fleet",
     "FlightMode",
+    "FormerLinks",
     "Geofence",
     "Goto",
     "Hold",
@@ -34,6 +43,7 @@ __all__ = [
     "LatLon",
     "LinkQuality",
     "Notice",
+    "ProvenLink",
     "ReturnToLaunch",
     "Safeguard",
     "Severity",

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Protocol
 
 from aos_gcs.ports.clock import Clock
+from aos_gcs.ports.telemetry import ProvenLink
 from aos_gcs.ports.vehicle import Vehicle
 from aos_gcs.ports.worker import ThreadWorker, Worker
 
@@ -34,6 +35,16 @@ class Notice:
 
 
 @dataclass(frozen=True, slots=True)
+class FormerLinks:
+    """Where the vehicles of a flight were proven to be when its station ended."""
+
+    recorded_utc_s: float
+    """Seconds since the Unix epoch at which this was so."""
+    links: Mapping[int, tuple[ProvenLink, ...]]
+    """``VehicleState.proven`` by vehicle id."""
+
+
+@dataclass(frozen=True, slots=True)
 class DriverContext:
     """Services and settings that a driver gets when it is opened."""
 
@@ -51,6 +62,10 @@ class DriverContext:
     """Settings of this driver."""
     decoding: Worker = field(default_factory=ThreadWorker)
     """Decodes image files, which come from outside."""
+    former: FormerLinks | None = None
+    """Links of the flight that is taken up. Whoever uses the id of one of its vehicles elsewhere is ignored: it proves
+    to be that vehicle by its board and the time since its boot, or counts as it when the former addresses have been
+    silent for ten seconds and its board is not known to be another one."""
 
 
 class Fleet(Protocol):

@@ -51,6 +51,20 @@ class LinkQuality:
 
 
 @dataclass(frozen=True, slots=True)
+class ProvenLink:
+    """An address at which a vehicle was proven to be in flight, and what it is known by there and elsewhere."""
+
+    address: str
+    """Address, with its link, in the driver's own words."""
+    board_id: str = ""
+    """Identifier of the flight controller, in hexadecimal; empty when it is not known."""
+    since_boot_s: float | None = None
+    """Seconds since it was started; None when that is not known."""
+    is_signed: bool = False
+    """Whether it signs its packets."""
+
+
+@dataclass(frozen=True, slots=True)
 class ComponentLink:
     """Link to a component of a vehicle beside its autopilot, such as a camera or a companion computer."""
 
@@ -147,5 +161,7 @@ class VehicleState:
 
     It stays after the motors have stopped, until they run again, a command is sent or the vehicle is reclaimed.
     """
+    proven: tuple[ProvenLink, ...] = ()
+    """Addresses that its id belongs to while it is armed: others that use the id are strangers."""
     failsafe: str = ""
     """Status of the autopilot's failsafe while it is active, such as "critical": only return and land are sent."""

@@ -96,6 +96,7 @@ async def open_service(config: ServiceConfig) -> AsyncIterator[Service]:
                 system_id=config.link.system_id,
                 options=config.link.options,
                 decoding=decoding,
+                former=None if former is None else former.links,
             )
             # Before the links: once they are open the mission runs, and with it the heartbeat.
             await asyncio.gather(imaging.ready(), decoding.ready())

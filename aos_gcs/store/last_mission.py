@@ -36,7 +36,7 @@ def former_flight(missions: Path, now_utc_s: float) -> FormerFlight | None:
     if last.data.phase in ON_GROUND or now_utc_s - last.utc_s > _LONGEST_GAP_S:
         return None
     plan = plans[-1].data if plans else None
-    return FormerFlight(last.data, plan.plan if isinstance(plan, PlanRecord) else None)
+    return FormerFlight(last.data, plan.plan if isinstance(plan, PlanRecord) else None, last.utc_s)
 
 
 def unfinished_mission(missions: Path) -> str | None:

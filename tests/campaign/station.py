@@ -76,13 +76,18 @@ class Station:
 
     async def __aenter__(self) -> Self:
         pulse = LoopMonitor(period_s=0.5)
-        context = DriverContext(clock=self.clock, is_healthy=pulse.is_healthy, notify=self.journal.take)
         with station():
-            await self._start(pulse, context)
+            await self._start(pulse)
         return self
 
-    async def _start(self, pulse: LoopMonitor, context: DriverContext) -> None:
+    async def _start(self, pulse: LoopMonitor) -> None:
         former = former_flight(self._folder, self.clock.utc_s())
+        context = DriverContext(
+            clock=self.clock,
+            is_healthy=pulse.is_healthy,
+            notify=self.journal.take,
+            former=None if former is None else former.links,
+        )
         async with AsyncExitStack() as stack:
             fleet = await stack.enter_async_context(open_mavlink([f"udpin://{GCS[0]}:{GCS[1]}"], context))
             recorder = await stack.enter_async_context(

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from aos_gcs.errors import CommandRefusedError, CommandTimeoutError
-from aos_gcs.ports import Arm, FlightMode, Goto, Hold, Land, ReturnToLaunch, Severity, Vehicle
+from aos_gcs.ports import Arm, FlightMode, FormerLinks, Goto, Hold, Land, ProvenLink, ReturnToLaunch, Severity, Vehicle
 from tests.contract.vehicle_bench import each_driver, fence_of, mute_vehicles, open_driver, pairs
 from tests.fakes.air_flight import IMAGE_SIZE_PX
 
@@ -46,6 +46,27 @@ async def test_a_second_sender_with_the_id_of_a_vehicle_in_flight_is_ignored(imp
             await vehicle.execute(Land(), bench.after(30.0))
         assert "COMMAND_INT" not in stranger.heard
         assert "HEARTBEAT" not in stranger.heard
+        (proof,) = vehicle.state.proven
+        assert proof.board_id
+        assert proof.since_boot_s
+
+
+@each_driver
+async def test_a_vehicle_of_a_former_flight_is_not_taken_for_whoever_uses_its_id_elsewhere(implementation: str) -> None:
+    former = FormerLinks(0.0, {50: (ProvenLink("0 127.0.0.9 9", "ab", 60.0),), 51: (ProvenLink("damaged"),)})
+    async with (
+        open_driver(implementation, "arducopter", vehicles=1, former=former) as bench,
+        mute_vehicles(bench.clock, bench.port, range(50, 52)) as mute,
+    ):
+        await bench.until(lambda: {1, 51} <= set(bench.fleet.vehicles()))
+        assert 50 not in bench.fleet.vehicles()
+        told = [notice.text for notice in bench.notices if notice.vehicle_id == 50]
+        assert len(told) == 1
+        assert "it flew at 127.0.0.9:9 before this station was restarted" in told[0]
+        # It answers no question for its board, and nothing is heard at the former address.
+        await bench.until(lambda: 50 in bench.fleet.vehicles(), 30.0)
+        assert "HEARTBEAT" in mute.heard
+        assert bench.vehicle(1).state.proven == ()
 
 
 @each_driver

@@ -17,7 +17,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from aos_drivers.links.framing import FrameParser
 from aos_gcs.clock import LoopClock
 from aos_gcs.geometry.geodesy import LocalFrame
-from aos_gcs.ports import Arm, Clock, DriverContext, Fleet, Geofence, Notice, Takeoff, Vehicle
+from aos_gcs.ports import Arm, Clock, DriverContext, Fleet, FormerLinks, Geofence, Notice, Takeoff, Vehicle
 from aos_gcs.runtime.drivers import load_driver
 from aos_sim.camera.synthetic import CheckerboardGround
 from aos_sim.swarm import SimulatedSwarm, SwarmOptions
@@ -186,11 +186,12 @@ async def open_driver(
     log_folder: Path | None = None,
     *,
     factory_settings: bool = False,
+    former: FormerLinks | None = None,
 ) -> AsyncIterator[DriverBench]:
     """Open a driver's vehicles, which are simulated beyond its link."""
     health, notices = Health(), list[Notice]()
     clock = LoopClock(SPEED) if name == MAVSDK else LoopClock()
-    context = DriverContext(clock, lambda: health.is_good, notices.append, log_folder)
+    context = DriverContext(clock, lambda: health.is_good, notices.append, log_folder, former=former)
     options = {"vehicles": vehicles, "autopilot": autopilot, "factory_settings": factory_settings}
     connect = _connect_over_udp if name == MAVSDK else _connect_in_memory
     async with connect(context, options) as (fleet, swarm, port):

@@ -101,7 +101,7 @@ class AirFlight:
 
     async def kill_and_restart(self) -> Coordinator:
         """End the mission without a word to any vehicle, and return the one that takes it up by its record."""
-        former = FormerFlight(self.mission.view.snapshot(), None)
+        former = FormerFlight(self.mission.view.snapshot(), None, self.clock.utc_s())
         self.air.on_datagram = lambda data, sender, _receiver: None if sender == GCS else data
         self.run.cancel()
         with suppress(asyncio.CancelledError):

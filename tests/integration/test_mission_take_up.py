@@ -17,7 +17,7 @@ from aos_gcs.mission.model.phase import Outcome, OutcomeRecord, Phase, Suspensio
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.planning.settings import FlightSettings, PreflightSettings
-from aos_gcs.ports import FlightMode, Goto
+from aos_gcs.ports import FlightMode, FormerLinks, Goto, ProvenLink
 from aos_gcs.store.last_mission import former_flight
 from aos_gcs.store.recorder import MissionRecorder
 from tests.fakes.fleet import FRAME
@@ -42,7 +42,7 @@ async def flown_before(n: int = 3) -> MissionSnapshot:
 async def restarted(last: MissionSnapshot, **changes: object) -> Flight:
     """Return the station that follows, its vehicles where they were, without any command of it so far."""
     preflight = {"preflight": UNCHECKED}
-    flight = prepare(len(last.vehicles), errors=BIASED, former=FormerFlight(last, None), **preflight | changes)
+    flight = prepare(len(last.vehicles), errors=BIASED, former=FormerFlight(last, None, 0.0), **preflight | changes)
     for former in last.vehicles:
         vehicle = flight.fleet.members[former.telemetry.vehicle_id]
         assert former.telemetry.position is not None
@@ -192,7 +192,7 @@ async def test_a_changed_plan_is_not_flown_on_by_and_landed_vehicles_are_no_flig
         assert changed.mission.phase in {Phase.CONNECT, Phase.PREFLIGHT}
         await changed.commands.act(Action.ABORT, None)
         await run
-    landed = prepare(3, former=FormerFlight(last, None), flight=FlightSettings(lowest_layer_m=31.0))
+    landed = prepare(3, former=FormerFlight(last, None, 0.0), flight=FlightSettings(lowest_layer_m=31.0))
     async with flying(landed) as run:
         await landed.until(lambda: landed.mission.phase is Phase.SCAN)
         assert [one.layer_height_m for one in landed.view.snapshot().vehicles] == [31.0, 33.0, 35.0]
@@ -230,7 +230,10 @@ async def test_one_that_was_still_climbing_climbs_straight_into_its_layer() -> N
 async def test_only_an_unfinished_flight_of_late_is_read_back(
     tmp_path: Path, changes: dict[str, Phase], ends: bool, age_s: float, is_found: bool
 ) -> None:
-    last = replace(snapshot(), **changes)
+    proven = (ProvenLink("0 10.0.0.1 14550", "ab12", 75.5, is_signed=True),)
+    first, *others = snapshot().vehicles
+    first = replace(first, telemetry=replace(first.telemetry, proven=proven))
+    last = replace(snapshot(), vehicles=(first, *others), **changes)
     async with MissionRecorder.create(tmp_path, "m", {}, notify=lambda _: None) as recorder:
         await recorder.record_event(Event(1, 1000.0, EventKind.SNAPSHOT, last))
         if ends:
@@ -238,3 +241,4 @@ async def test_only_an_unfinished_flight_of_late_is_read_back(
     found = former_flight(tmp_path, 1000.0 + age_s)
     assert (found is not None) is is_found
     assert found is None or found.last == last
+    assert found is None or found.links == FormerLinks(1000.0, {first.telemetry.vehicle_id: proven})

@@ -29,6 +29,19 @@ class PeerAddress(NamedTuple):
     def __str__(self) -> str:
         return f"{self.host}:{self.port}"
 
+    @property
+    def record(self) -> str:
+        """Text that ``parse`` reads back, with the number of the link."""
+        return f"{self.link} {self.host} {self.port}"
+
+    @classmethod
+    def parse(cls, record: str) -> PeerAddress | None:
+        """Return the address that was recorded; None where that is none."""
+        parts = record.split(" ")
+        if len(parts) != 3 or not (parts[0].isdecimal() and parts[2].isdecimal()):
+            return None
+        return cls(int(parts[0]), parts[1], int(parts[2]))
+
 
 @dataclass(frozen=True, slots=True)
 class SigningOptions:

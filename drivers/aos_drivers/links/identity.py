@@ -11,6 +11,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from aos_drivers.links.address import PeerAddress
 from aos_drivers.links.boot_time import REBOOT_PACKETS, SAME_BOOT_S, BootTime
 from aos_drivers.links.routes import SILENT_S
+from aos_gcs.ports import ProvenLink
 
 MEMORY_S = 10.0
 """Addresses heard within this time are taken to be in use."""
@@ -67,6 +68,22 @@ class Identity:
     def keep(self, addresses: Iterable[PeerAddress]) -> None:
         """Never forget ``addresses``, and forget others before them."""
         self._kept = frozenset(addresses)
+
+    def recall(self, address: PeerAddress, uid: bytes | None, booted_at_s: float | None, now_s: float) -> None:
+        """Note the board and the boot that were heard at ``address`` before the start; its silence counts from now."""
+        self._sightings[address] = sighting = _Sighting(now_s, now_s, uid=uid, is_placed=True)
+        sighting.boot.booted_at_s = booted_at_s
+
+    def proof(self, address: PeerAddress, now_s: float) -> ProvenLink:
+        """Return by what the vehicle at ``address`` is known."""
+        sighting = self._sightings[address]
+        booted_at_s = sighting.boot.booted_at_s
+        return ProvenLink(
+            address=address.record,
+            board_id="" if sighting.uid is None else sighting.uid.hex(),
+            since_boot_s=None if booted_at_s is None else now_s - booted_at_s,
+            is_signed=sighting.is_signed,
+        )
 
     def is_signed(self, address: PeerAddress) -> bool:
         """Whether packets with a good signature come from ``address``."""

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
 from aos_drivers.links.address import PeerAddress
-from aos_drivers.links.identity import MEMORY_S, Identity
+from aos_drivers.links.boot_time import BOOT_TIMED_IDS
+from aos_drivers.links.identity import MEMORY_S, Identity, board_uid
 from aos_drivers.links.routes import SILENT_S
+from aos_gcs.ports import ProvenLink
 
 
 class Ownership:
@@ -40,6 +44,15 @@ class Ownership:
                 self._owners[each] = identity.is_signed(each)
         identity.keep(self._owners)
 
+    def recall(self, address: PeerAddress, *, is_signed: bool) -> None:
+        """Give the id to ``address``, where the vehicle was proven to be before the start."""
+        self._owners[address] = is_signed
+        self._identity.keep(self._owners)
+
+    def proofs(self, now_s: float) -> tuple[ProvenLink, ...]:
+        """Return the addresses that the id belongs to, and by what the vehicle is known there."""
+        return tuple(self._identity.proof(address, now_s) for address in self._owners)
+
     def release(self) -> None:
         """Give the id up: the vehicle reports that it is disarmed."""
         self._owners.clear()
@@ -54,6 +67,17 @@ class Ownership:
         if any(self._owners.values()) and not is_signed:
             return False
         return self._is_proven(address) or self._is_successor(address, now_s)
+
+    def hear_stranger(
+        self, message: mavlink.MAVLink_message, address: PeerAddress, now_s: float, *, is_signed: bool
+    ) -> None:
+        """Note what a packet of an autopilot that was not admitted may prove about its sender."""
+        identity = self._identity
+        identity.hear(address, now_s, is_signed=is_signed)
+        if message.get_msgId() in BOOT_TIMED_IDS:
+            identity.learn_boot_time(address, message.time_boot_ms, now_s)
+        elif message.get_msgId() == mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION:
+            identity.hear_uid(address, board_uid(message), now_s)
 
     def _is_proven(self, address: PeerAddress) -> bool:
         return any(self._identity.is_proven_same(owner, address) for owner in self._owners)

@@ -14,6 +14,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from aos_drivers.background import BackgroundTasks
 from aos_drivers.frames.files.fetching import ImageFetcher
 from aos_drivers.links.address import PeerAddress, parse_link
+from aos_drivers.links.former import former_owners
 from aos_drivers.links.opener import Endpoint, LinkOpener
 from aos_drivers.links.recorder import TlogRecorder, open_recorder
 from aos_drivers.mavlink.component import ComponentSource
@@ -126,7 +127,8 @@ async def open_mavlink(links: Sequence[str], context: DriverContext) -> AsyncIte
         tools = CaptureTools(context.clock, fetcher, options.cameras, context.notify, receivers.start)
         keyring = await asyncio.to_thread(Keyring, addresses, context.clock)
         stack.push_async_callback(asyncio.to_thread, keyring.close)
-        session = MavlinkSession(context.system_id, options.position_hz, keyring.signers, options.cameras)
+        former = former_owners(context.former, context.clock, keyring.signers)
+        session = MavlinkSession(context.system_id, options.position_hz, keyring.signers, options.cameras, former)
         fleet = MavlinkFleet(session, context, tools, recorder)
         tasks = await stack.enter_async_context(BackgroundTasks(lambda error: _report_failure(context, error)))
         opener = LinkOpener(

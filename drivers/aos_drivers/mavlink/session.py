@@ -13,6 +13,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from aos_drivers.frames.settings import CameraPlan
 from aos_drivers.links.address import PeerAddress
 from aos_drivers.links.boot_time import BOOT_TIMED_IDS
+from aos_drivers.links.former import FormerOwner
 from aos_drivers.links.framing import without_signature
 from aos_drivers.links.heartbeat import HEARTBEAT_PERIOD_S, OUR_COMPONENT_ID, is_autopilot_heartbeat, our_heartbeat
 from aos_drivers.links.identity import board_uid
@@ -58,11 +59,14 @@ class MavlinkSession:
         position_hz: float,
         signers: Mapping[int, LinkSigner] = MappingProxyType({}),
         cameras: CameraPlan | None = None,
+        former: Mapping[int, FormerOwner] = MappingProxyType({}),
     ) -> None:
         """Send as ``system_id``, request positions at ``position_hz``, sign on the links in ``signers``.
 
-        The messages that the vehicles' ``cameras`` need are requested, too.
+        The messages that the vehicles' ``cameras`` need are requested, too. ``former`` are the vehicles of a flight
+        that is taken up, by system id.
         """
+        self._former = dict(former)
         self._cameras = cameras or CameraPlan()
         self._system_id = system_id
         self._position_hz = position_hz
@@ -105,7 +109,12 @@ class MavlinkSession:
             notice = record.delay_notice(now_s)
             if notice is not None:
                 self._events.append(notice)
-        self._peers.intake.protected = frozenset().union(*(each.ownership.owners for each in self.records.values()))
+        for system_id, former in self._former.items():
+            for peer in former.identity.questions(now_s):
+                self._peers.send(version_request(Target(system_id, mavlink.MAV_COMP_ID_AUTOPILOT1)), peer)
+        ownerships = [each.ownership for each in self.records.values()]
+        ownerships += [each.ownership for each in self._former.values()]
+        self._peers.intake.protected = frozenset().union(*(each.owners for each in ownerships))
         return self._take_events()
 
     # --- out --------------------------------------------------------------------------------------------------------
@@ -163,7 +172,7 @@ class MavlinkSession:
         system_id = message.get_srcSystem()
         record = self.records.get(system_id)
         if record is None:
-            record = self._find_vehicle(message, peer)
+            record = self._find_vehicle(message, peer, now_s, is_signed)
         if record is not None:
             component_id = message.get_srcComponent()
             if not record.admits(component_id, peer, now_s, is_signed=is_signed):
@@ -203,13 +212,21 @@ class MavlinkSession:
                 record.identity.hear_twice(peer, first)
         return True
 
-    def _find_vehicle(self, message: mavlink.MAVLink_message, peer: PeerAddress) -> VehicleRecord | None:
+    def _find_vehicle(
+        self, message: mavlink.MAVLink_message, peer: PeerAddress, now_s: float, is_signed: bool
+    ) -> VehicleRecord | None:
         system_id = message.get_srcSystem()
+        former = self._former.get(system_id)
+        if former is not None and not former.admits(peer, now_s, is_signed=is_signed):
+            notice = former.take_stranger(message, peer, now_s, is_signed=is_signed)
+            if notice is not None:
+                self._events.append(notice)
+            return None
         if system_id in (0, self._system_id) or not is_autopilot_heartbeat(message):
             return None
         target = Target(system_id, message.get_srcComponent())
         record = self.records[system_id] = VehicleRecord(
-            target, message, self._position_hz, self._cameras.of(system_id)
+            target, message, self._position_hz, self._cameras.of(system_id), self._former.pop(system_id, None)
         )
         self._events.append(VehicleFound(record))
         text = f"heard at {peer}, autopilot {record.autopilot.name}"

@@ -14,6 +14,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from aos_drivers.background import BackgroundTasks
 from aos_drivers.frames.files.fetching import ImageFetcher
 from aos_drivers.links.address import LinkAddress, PeerAddress, parse_link
+from aos_drivers.links.former import former_owners
 from aos_drivers.links.heartbeat import HEARTBEAT_PERIOD_S, is_autopilot_heartbeat
 from aos_drivers.links.identity import board_uid
 from aos_drivers.links.opener import LinkOpener
@@ -45,6 +46,8 @@ class MavsdkFleet:
         self._context = context
         self._tools = tools
         self._position_hz = position_hz
+        self._former = former_owners(context.former, context.clock)
+        """Vehicles of a flight that is taken up, which have not been heard yet, by system id."""
         self._records: dict[int, VehicleRecord] = {}
         """Records by system id, including vehicles that MAVSDK has not found yet."""
         self._vehicles: dict[int, MavsdkVehicle] = {}
@@ -62,20 +65,21 @@ class MavsdkFleet:
         system_id, now_s = message.get_srcSystem(), self._context.clock.now_s()
         record = self._records.get(system_id)
         if record is None:
+            former = self._former.get(system_id)
+            if former is not None and not former.admits(peer, now_s):
+                self._notify(former.take_stranger(message, peer, now_s))
+                return False
             if system_id in (0, self._context.system_id) or not is_autopilot_heartbeat(message):
                 return True
-            target = Target(system_id, message.get_srcComponent())
-            record = self._records[system_id] = VehicleRecord(
-                target, message, self._position_hz, self._tools.cameras.of(system_id)
-            )
+            target, camera = Target(system_id, message.get_srcComponent()), self._tools.cameras.of(system_id)
+            former = self._former.pop(system_id, None)
+            record = self._records[system_id] = VehicleRecord(target, message, self._position_hz, camera, former)
         component_id = message.get_srcComponent()
         if isinstance(message, mavlink.MAVLink_unknown):
             record.count_unknown(component_id, message.get_seq(), peer)
             return True
         if not record.admits(component_id, peer, now_s):
-            notice = record.take_stranger(message, peer, now_s)
-            if notice is not None:
-                self._context.notify(notice)
+            self._notify(record.take_stranger(message, peer, now_s))
             return False
         record.watch_delay(message, now_s)
         record.hear(component_id, message.get_seq(), peer, now_s)
@@ -120,17 +124,25 @@ class MavsdkFleet:
                 vehicle.poll(now_s)
                 self._watch_identity(vehicle_id, now_s)
                 record = self._records[vehicle_id]
-                if (notice := record.delay_notice(now_s)) is not None:
-                    self._context.notify(notice)
+                self._notify(record.delay_notice(now_s))
                 for peer in record.identity.questions(now_s):
                     wire.send_to_peer(peer, version_request(record.target))
                 if (sent_ns := record.clock.poll(now_s)) is not None:
                     wire.send_to(record.target, mavlink.MAVLink_timesync_message(0, sent_ns))
-            wire.intake.protected = frozenset().union(*(each.ownership.owners for each in self._records.values()))
+            for system_id, former in self._former.items():
+                for peer in former.identity.questions(now_s):
+                    wire.send_to_peer(peer, version_request(Target(system_id, mavlink.MAV_COMP_ID_AUTOPILOT1)))
+            ownerships = [each.ownership for each in self._records.values()]
+            ownerships += [each.ownership for each in self._former.values()]
+            wire.intake.protected = frozenset().union(*(each.owners for each in ownerships))
             if now_s >= heartbeat_due_s and self._context.is_healthy():
                 wire.send_heartbeat()
                 heartbeat_due_s = now_s + HEARTBEAT_PERIOD_S
             await clock.sleep(TICK_S)
+
+    def _notify(self, notice: Notice | None) -> None:
+        if notice is not None:
+            self._context.notify(notice)
 
     def _find_vehicles(self, wire: Wire, dispatcher: LoopDispatcher) -> None:
         for system in self._core.get_systems():

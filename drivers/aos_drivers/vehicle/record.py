@@ -11,8 +11,9 @@ from aos_drivers.frames.errors import FrameCounts
 from aos_drivers.frames.settings import CameraSettings
 from aos_drivers.links.address import PeerAddress
 from aos_drivers.links.boot_time import BOOT_TIMED_IDS
+from aos_drivers.links.former import FormerOwner
 from aos_drivers.links.framing import without_signature
-from aos_drivers.links.identity import Identity, board_uid
+from aos_drivers.links.identity import Identity
 from aos_drivers.links.ownership import Ownership
 from aos_drivers.links.routes import ComponentRoute, DuplicateFilter
 from aos_drivers.vehicle.autopilots.base import AutopilotDialect, Target
@@ -53,15 +54,19 @@ class VehicleRecord:
         heartbeat: mavlink.MAVLink_heartbeat_message,
         position_hz: float,
         camera: CameraSettings | None = None,
+        former: FormerOwner | None = None,
     ) -> None:
-        """Request positions at ``position_hz``, and the messages that the ``camera`` needs."""
+        """Request positions at ``position_hz``, and the messages that the ``camera`` needs.
+
+        ``former`` is what is known of the vehicle from the flight that is taken up.
+        """
         camera = camera or CameraSettings()
         self.target = target
         self.autopilot: AutopilotDialect = dialect_of(heartbeat)
         self.telemetry = Telemetry()
         self.control = ControlWatch()
-        self.identity = Identity()
-        self.ownership = Ownership(self.identity)
+        self.identity = Identity() if former is None else former.identity
+        self.ownership = Ownership(self.identity) if former is None else former.ownership
         self.texts = StatusTexts()
         rates_hz = _higher_rates(self.autopilot.stream_rates_hz(position_hz), motion_rates_hz(camera))
         self.streams = StreamKeeper(rates_hz, self.autopilot.stock_stream_ids)
@@ -120,14 +125,11 @@ class VehicleRecord:
         Returns the notice about its sender, at most once a minute.
         """
         if message.get_srcComponent() == self.target.component_id:
-            self.identity.hear(peer, now_s, is_signed=is_signed)
+            self.ownership.hear_stranger(message, peer, now_s, is_signed=is_signed)
             if message.get_msgId() in BOOT_TIMED_IDS:
-                self.identity.learn_boot_time(peer, message.time_boot_ms, now_s)
                 first = self.duplicates.sender_of(without_signature(message))
                 if first is not None and first != peer:
                     self.identity.hear_twice(peer, first)
-            elif message.get_msgId() == mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION:
-                self.identity.hear_uid(peer, board_uid(message), now_s)
         if now_s - self._stranger_told_at_s < _STRANGER_PAUSE_S:
             return None
         self._stranger_told_at_s = now_s
@@ -355,6 +357,7 @@ class VehicleRecord:
             taken_over=self.control.reason,
             has_pilot=self.control.has_pilot,
             failsafe=self.control.failsafe,
+            proven=self.ownership.proofs(now_s),
         )
 
     def _component_links(self) -> tuple[ComponentLink, ...]:
