@@ -44,7 +44,8 @@ class Observation:
     leader_id: int | None = None
     """The imaging's own choice, which has settled ties; else the argmax of ``fitness`` leads."""
     heights_m: NDArray[np.float64] | None = None
-    """Heights of the vehicles above the focal plane, shape (n,), for strategies that reason about lines of sight."""
+    """Heights of the vehicles above the focal plane, shape (n,), for strategies that reason about lines of sight; None
+    where they are not known, or not all above 0."""
     masks: TargetMasks | None = None
     """Part of the target that each vehicle sees, when in view; the row of a vehicle without a frame is all False."""
     time_s: float | None = None

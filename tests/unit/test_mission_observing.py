@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from aos_gcs.imaging.model import FocalGrid, StepAnalysis, VehicleMasks
 from aos_gcs.mission.search.observing import make_observation
+from aos_gcs.swarm.archive.strategy import make_aos_archive
 
 MARKED = np.zeros((2, 3, 4), np.bool_)
 MARKED[0, 1, 2] = MARKED[1, 0, 0] = True
@@ -41,3 +43,15 @@ def test_out_of_view_there_are_no_masks() -> None:
     assert not observation.target_in_view
     assert observation.target_enu_m is None
     assert observation.masks is None
+
+
+@pytest.mark.parametrize("up_m", [1.5, -10.0])
+def test_a_vehicle_that_reports_to_be_below_the_focal_plane_leaves_no_lines_of_sight(up_m: float) -> None:
+    positions_enu_m = POSITIONS.copy()
+    positions_enu_m[1, 2] = up_m
+    observation = make_observation((3, 5, 7), positions_enu_m, ANALYSIS, np.array([1.0, 2.0]))
+    assert observation.heights_m is None
+    strategy = make_aos_archive({})
+    state = strategy.tell(strategy.init(np.array([0.0, 1.0])), observation)
+    next_enu_m, _ = strategy.ask(state, np.random.default_rng(1))
+    assert np.isfinite(next_enu_m).all()

@@ -30,6 +30,7 @@ def make_observation(
     row_of = {vehicle_id: row for row, vehicle_id in enumerate(analysis.vehicle_ids)}
     rows = [row_of.get(vehicle_id) for vehicle_id in vehicle_ids]
     in_view = target_enu_m is not None
+    heights_m = positions_enu_m[:, 2] - analysis.grid.height_m
     return Observation(
         vehicle_ids=tuple(vehicle_ids),
         positions_enu_m=positions_enu_m[:, :2],
@@ -37,7 +38,8 @@ def make_observation(
         target_in_view=in_view,
         target_enu_m=target_enu_m,
         leader_id=analysis.leader_id,
-        heights_m=positions_enu_m[:, 2] - analysis.grid.height_m,
+        # One that reports to be below the plane, such as after a restart in the air, has no line of sight to it.
+        heights_m=heights_m if bool((heights_m > 0.0).all()) else None,
         masks=_target_masks(analysis.masks, rows) if in_view and analysis.masks is not None else None,
         time_s=time_s,
     )
