@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import asyncio
+import time
+from collections.abc import AsyncIterator, Sequence
+from contextlib import asynccontextmanager
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from aos_gcs.errors import MissionError
+from aos_gcs.config.file import parse_config
+from aos_gcs.errors import LinkError, MissionError
 from aos_gcs.mission.former_flight import FormerFlight
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.events import Event, EventKind
@@ -17,7 +21,8 @@ from aos_gcs.mission.model.phase import Outcome, OutcomeRecord, Phase, Suspensio
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.planning.settings import FlightSettings, PreflightSettings
-from aos_gcs.ports import FlightMode, FormerLinks, Goto, ProvenLink
+from aos_gcs.ports import DriverContext, Fleet, FlightMode, FormerLinks, Goto, ProvenLink
+from aos_gcs.runtime.service import open_service
 from aos_gcs.store.last_mission import former_flight
 from aos_gcs.store.recorder import MissionRecorder
 from tests.fakes.fleet import FRAME
@@ -242,3 +247,32 @@ async def test_only_an_unfinished_flight_of_late_is_read_back(
     assert (found is not None) is is_found
     assert found is None or found.last == last
     assert found is None or found.links == FormerLinks(1000.0, {first.telemetry.vehicle_id: proven})
+
+
+async def test_the_driver_learns_where_vehicles_of_a_killed_flight_were_heard(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    contexts = []
+
+    @asynccontextmanager
+    async def refuse(_links: Sequence[str], context: DriverContext) -> AsyncIterator[Fleet]:
+        contexts.append(context)
+        raise LinkError("nothing is opened here")
+        yield
+
+    now_s, proven = time.time(), (ProvenLink("0 10.0.0.1 14550", "ab12", 75.5),)
+    first, *others = snapshot().vehicles
+    flown = replace(snapshot(), vehicles=(replace(first, telemetry=replace(first.telemetry, proven=proven)), *others))
+    async with MissionRecorder.create(tmp_path, "1-killed", {}, notify=lambda _: None) as recorder:
+        await recorder.record_event(Event(1, now_s, EventKind.SNAPSHOT, flown))
+    monkeypatch.setattr("aos_gcs.runtime.service.load_driver", lambda _: refuse)
+    tables = {
+        "link": {"urls": ["udpin://127.0.0.1:14550"]},
+        "mission": {"area_enu_m": [[0, 0], [9, 0], [9, 9]], "vehicle_ids": [1, 2]},
+        "api": {"enabled": False},
+        "record": {"folder": tmp_path},
+    }
+    with pytest.raises(LinkError):
+        async with open_service(parse_config(tables, source="test")):
+            pass
+    assert [context.former for context in contexts] == [FormerLinks(now_s, {first.telemetry.vehicle_id: proven})]
