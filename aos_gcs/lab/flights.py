@@ -2,7 +2,7 @@
 
 A flight is a forest with or without a person and with things that may be taken for one, and the vehicles of a swarm by
 the port of drivers (:mod:`aos_gcs.ports`), all in this process: their time is that of a clock, which may be virtual.
-Frame: ENU metres, the ground is the plane z = 0.
+Frame: ENU metres, the ground is the plane z = 0, or a relief with the height 0 at the origin, where the vehicles stand.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from aos_gcs.ports import Clock, Fleet
 GROUP = "aos_gcs.flights"
 Place = tuple[float, float]
 """East and north."""
+LEVEL_GROUND = "flat"
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +36,8 @@ class FlightSettings:
     side_m: float = 60.0
     """Side of the forest, which is a square and the search area."""
     image_size_px: int = 512
+    terrain: str = LEVEL_GROUND
+    """Shape of the ground: ``flat``, ``hills`` or ``slope:PERCENT``, rising to the north from the launch site on."""
 
 
 class Flight(Protocol):
@@ -53,6 +56,16 @@ class Flight(Protocol):
     @property
     def persons_enu_m(self) -> Sequence[Place]:
         """Places of the persons."""
+        ...
+
+    @property
+    def highest_ground_m(self) -> float:
+        """Height of the highest place of the search area; 0 on level ground."""
+        ...
+
+    @property
+    def min_height_above_ground_m(self) -> float | None:
+        """Smallest true height of a vehicle above a relief so far, away from its launch point; None on level ground."""
         ...
 
     @property

@@ -34,6 +34,7 @@ from aos_sim.world_options import (
     Seed,
     Stones,
     Stumps,
+    TerrainOption,
     TreesPerHa,
     WalkingSpeed,
     Waters,
@@ -41,6 +42,7 @@ from aos_sim.world_options import (
     image_source,
     parse_origin,
     stop_on_signals,
+    terrain_of,
     work_until,
     world_of,
 )
@@ -84,6 +86,7 @@ def sim(
     in_pairs: InPairs = False,
     walking_speed: WalkingSpeed = 0.0,
     conditions: ConditionsOption = "cool",
+    terrain: TerrainOption = "flat",
     image_size: ImageSize = 512,
     fov: FieldOfView = 50.0,
     wind: WindSpeed = None,
@@ -148,10 +151,12 @@ def sim(
                 "in_pairs": in_pairs,
                 "walking_mps": walking_speed,
                 "conditions": conditions,
+                "terrain": terrain_of(terrain),
             }
-        )
+        ),
+        options.origin,
     )
-    swarm = SimulatedSwarm(options, image_source(scene, model, no_render))
+    swarm = SimulatedSwarm(options, image_source(scene, model, no_render), scene.relief)
     asyncio.run(_simulate(swarm, world_of(scene), _Files(world_file, report_file), exit_with_parent))
 
 

@@ -11,6 +11,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from aos_sim.world.relief import Relief, ground_below
+
 
 @dataclass(frozen=True, slots=True)
 class SwarmReport:
@@ -25,6 +27,8 @@ class SwarmReport:
     """Vehicles on the ground and disarmed."""
     images: int
     """Images delivered by all cameras."""
+    min_height_above_ground_m: float | None = None
+    """Smallest true height of a vehicle above a relief so far, farther than 15 m from where it stood at first."""
 
 
 @lru_cache(maxsize=16)
@@ -51,6 +55,36 @@ class SeparationMonitor:
         if self.smallest_m is None or distances_m[nearest] < self.smallest_m:
             self.smallest_m = float(distances_m[nearest])
             self.pair = (system_ids[first[nearest]], system_ids[second[nearest]])
+
+
+_LAUNCH_COLUMN_M = 15.0
+"""Within this distance of their launch points vehicles climb and land."""
+
+
+class ClearanceMonitor:
+    """Remembers how near vehicles have come to the ground on their ways.
+
+    Args:
+        homes_enu_m: launch points, shape (n, 3).
+        relief: shape of the ground; None: it is level, and nothing is watched.
+    """
+
+    def __init__(self, homes_enu_m: NDArray[np.float64], relief: Relief | None) -> None:
+        self.smallest_m: float | None = None
+        self._homes_enu_m = homes_enu_m
+        self._relief = relief
+
+    def update(self, position_enu_m: NDArray[np.float64]) -> None:
+        """Take in the true positions of one instant, shape (n, 3)."""
+        if self._relief is None:
+            return
+        east_m, north_m = (position_enu_m - self._homes_enu_m)[:, :2].T
+        away = np.hypot(east_m, north_m) > _LAUNCH_COLUMN_M
+        if not away.any():
+            return
+        places_enu_m = position_enu_m[away]
+        lowest_m = float((places_enu_m[:, 2] - ground_below(places_enu_m, self._relief)).min())
+        self.smallest_m = lowest_m if self.smallest_m is None else min(lowest_m, self.smallest_m)
 
 
 @dataclass(frozen=True, slots=True)

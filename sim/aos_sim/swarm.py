@@ -33,7 +33,7 @@ from aos_sim.errors.exposure import Motion
 from aos_sim.errors.model import RTK, ErrorModel
 from aos_sim.errors.position import PositionProcess
 from aos_sim.links import Address, Endpoint, LinkAddress, open_endpoint
-from aos_sim.report import SeparationMonitor, SwarmReport
+from aos_sim.report import ClearanceMonitor, SeparationMonitor, SwarmReport
 from aos_sim.vehicle.arducopter import ArduCopter
 from aos_sim.vehicle.autopilot import SimulatedAutopilot
 from aos_sim.vehicle.configuration import VehicleIdentity
@@ -41,6 +41,7 @@ from aos_sim.vehicle.dynamics import AirframeLimits, Guidance, SwarmState, step
 from aos_sim.vehicle.kinematics import Kinematics, read_kinematics
 from aos_sim.vehicle.px4 import Px4
 from aos_sim.vehicle.vehicle import SimulatedVehicle
+from aos_sim.world.relief import Relief, ground_below
 
 AUTOPILOTS: Mapping[str, type[SimulatedAutopilot]] = {"arducopter": ArduCopter, "px4": Px4}
 SHUTTERS: Mapping[str, type[ShutterCamera]] = {"arducopter": ArduPilotShutter, "px4": Px4Shutter}
@@ -137,13 +138,20 @@ def _check(valid: bool, message: str) -> None:
         raise ConfigurationError(message)
 
 
-def home_positions_enu_m(count: int) -> NDArray[np.float64]:
-    """Return where vehicles stand, shape (count, 3): rows along east, 5 m apart, going south from the origin."""
+def home_positions_enu_m(count: int, relief: Relief | None = None) -> NDArray[np.float64]:
+    """Return where vehicles stand, shape (count, 3): rows along east, 5 m apart, going south from the origin.
+
+    Args:
+        count: number of vehicles.
+        relief: shape of the ground; None: the plane z = 0.
+    """
     columns = min(count, max(LEAST_COLUMNS, math.ceil(count / MAX_ROWS)))
     index = np.arange(count)
     east_m = (index % columns - (columns - 1) / 2) * GRID_M
     north_m = -(index // columns) * GRID_M
-    return np.column_stack([east_m, north_m, np.zeros(count)])
+    homes_enu_m = np.column_stack([east_m, north_m, np.zeros(count)])
+    homes_enu_m[:, 2] = ground_below(homes_enu_m, relief)
+    return homes_enu_m
 
 
 class SimulatedSwarm:
@@ -152,14 +160,16 @@ class SimulatedSwarm:
     Args:
         options: settings of the swarm.
         image_source: source of the cameras' images.
+        relief: shape of the ground; None: the plane z = 0.
 
     Raises:
         ConfigurationError: a link or a parameter is unknown.
         LinkError: on entering, a port is taken.
     """
 
-    def __init__(self, options: SwarmOptions, image_source: ImageSource) -> None:
+    def __init__(self, options: SwarmOptions, image_source: ImageSource, relief: Relief | None = None) -> None:
         self.options = options
+        self._relief = relief
         self.frame = LocalFrame(options.origin)
         self._addresses = [LinkAddress.parse(link) for link in options.links]
         camera = CameraModel.from_fov(options.image_size_px, options.image_size_px, options.fov_rad)
@@ -169,16 +179,17 @@ class SimulatedSwarm:
         self._limits = AirframeLimits()
         self._step_ticks = options.ticks_per_step()
         self._step_s = self._step_ticks * TICK_S
-        homes_enu_m = home_positions_enu_m(options.vehicles)
+        homes_enu_m = home_positions_enu_m(options.vehicles, relief)
         self.state = SwarmState.at_rest(homes_enu_m, self._rng.normal(0.0, HEADING_SIGMA_RAD, len(homes_enu_m)))
         self.now = SimTime(0, start_utc_us=time.time_ns() // 1000)
         self.errors = PositionProcess(options.errors.position, options.vehicles, options.seed)
         self.attitude_errors = AttitudeProcess(options.errors.attitude, options.vehicles, options.seed)
-        self._kinematics = read_kinematics(self.state, self.frame, self.errors, self.attitude_errors)
+        self._kinematics = self._read()
         self._homes_enu_m = homes_enu_m
         self.vehicles = [self._make_vehicle(index) for index in range(options.vehicles)]
         self._system_ids = [vehicle.system_id for vehicle in self.vehicles]
         self._separation = SeparationMonitor()
+        self._clearance = ClearanceMonitor(homes_enu_m, relief)
         self._endpoints: list[list[Endpoint]] = [[] for _ in self.vehicles]
         self._stack = AsyncExitStack()
         self._group: asyncio.TaskGroup | None = None
@@ -214,6 +225,7 @@ class SimulatedSwarm:
             min_separation_pair=self._separation.pair,
             landed=sum(kinematics.on_ground and not vehicle.autopilot.flight.armed for vehicle, kinematics in standing),
             images=sum(vehicle.camera.image_count for vehicle in self.vehicles if vehicle.camera is not None),
+            min_height_above_ground_m=self._clearance.smallest_m,
         )
 
     async def __aenter__(self) -> Self:
@@ -248,6 +260,7 @@ class SimulatedSwarm:
             start_up_s=options.start_up_s,
             parameters={**factory, **options.parameters},
             speed=options.speed,
+            relief=self._relief,
         )
         return self._with_camera(autopilot(identity, kinematics))
 
@@ -276,12 +289,24 @@ class SimulatedSwarm:
             self.errors.estimate_enu_m,
             self.attitude_errors.estimate_rad[:, 2],
         )
-        self.state = step(self.state, guidance, self._step_s, limits=self._limits, wind=self._wind, rng=self._rng)
-        self._kinematics = read_kinematics(self.state, self.frame, self.errors, self.attitude_errors)
+        self.state = step(
+            self.state,
+            guidance,
+            self._step_s,
+            limits=self._limits,
+            wind=self._wind,
+            rng=self._rng,
+            relief=self._relief,
+        )
+        self._kinematics = self._read()
         self._separation.update(self._system_ids, self.state.position_enu_m)
+        self._clearance.update(self.state.position_enu_m)
         for index, vehicle in enumerate(self.vehicles):
             vehicle.update(self._kinematics[index], self.now)
             self._flush(index)
+
+    def _read(self) -> list[Kinematics]:
+        return read_kinematics(self.state, self.frame, self.errors, self.attitude_errors, relief=self._relief)
 
     def _receive(self, index: int, message: mavlink.MAVLink_message, _sender: Address) -> None:
         self.vehicles[index].handle(message, self._kinematics[index], self.now)

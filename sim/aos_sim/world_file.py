@@ -15,9 +15,10 @@ from aos_sim.report import write_json
 from aos_sim.world.conditions import Conditions
 from aos_sim.world.person import Posture
 from aos_sim.world.scene import SceneParameters
+from aos_sim.world.terrain import FLAT
 
 _SCENE_KEYS = ("seed", "trees_per_ha", "animals", "stones", "cloths")
-_LATER_KEYS = ("stumps", "waters", "persons", "posture", "conditions", "dressed", "in_pairs", "walking_mps")
+_LATER_KEYS = ("stumps", "waters", "persons", "posture", "conditions", "dressed", "in_pairs", "walking_mps", "terrain")
 """Fields that files of older versions lack; they had their defaults."""
 
 
@@ -52,6 +53,8 @@ class World:
     dressed: bool = False
     in_pairs: bool = False
     walking_mps: float = 0.0
+    terrain: str = FLAT
+    """As of :attr:`aos_sim.world.scene.SceneParameters.terrain`; a file with its whole path."""
 
 
 def scene_parameters(fields: Mapping[str, Any]) -> SceneParameters:

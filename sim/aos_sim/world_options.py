@@ -22,6 +22,7 @@ from aos_sim.camera.synthetic import CheckerboardGround
 from aos_sim.errors.model import ErrorModel
 from aos_sim.vehicle.kinematics import EnuPoint
 from aos_sim.world.scene import Scene
+from aos_sim.world.terrain import is_file
 from aos_sim.world_file import Target, World
 
 _PERIOD_S = 1.0
@@ -40,6 +41,14 @@ InPairs = Annotated[bool, typer.Option("--in-pairs", help="Have every second per
 WalkingSpeed = Annotated[
     float,
     typer.Option("--walking-speed", help="Speed in m/s at which walking persons go to and fro; 0: they stay."),
+]
+TerrainOption = Annotated[
+    str,
+    typer.Option(
+        "--terrain",
+        help="Shape of the ground: flat, hills, slope:PERCENT (rising to the north from the launch site on) or a "
+        "GeoTIFF or ASC file with heights.",
+    ),
 ]
 ConditionsOption = Annotated[
     str, typer.Option("--conditions", help="Weather and time of day: cool, clear, overcast, night or warm.")
@@ -84,6 +93,11 @@ def parse_origin(text: str) -> GeodeticPosition:
     return GeodeticPosition(latitude_deg, longitude_deg, altitude_amsl_m)
 
 
+def terrain_of(text: str) -> str:
+    """Return a terrain as a world file can hold it: a file with its whole path."""
+    return str(Path(text).resolve()) if is_file(text) else text
+
+
 def image_source(scene: Scene, errors: ErrorModel, no_render: bool) -> ImageSource:
     """Return what the cameras see.
 
@@ -91,7 +105,7 @@ def image_source(scene: Scene, errors: ErrorModel, no_render: bool) -> ImageSour
         ConfigurationError: the renderer is not installed.
     """
     if no_render:
-        return CheckerboardGround()
+        return CheckerboardGround(scene.relief)
     try:
         from aos_sim.render import Renderer  # noqa: PLC0415 - its ray tracer is an optional dependency
     except ImportError as error:
@@ -122,6 +136,7 @@ def world_of(scene: Scene) -> World:
         dressed=parameters.dressed,
         in_pairs=parameters.in_pairs,
         walking_mps=parameters.walking_mps,
+        terrain=parameters.terrain,
     )
 
 

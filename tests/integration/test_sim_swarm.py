@@ -156,7 +156,7 @@ async def test_process_writes_its_files_and_ends_cleanly_on_a_signal(tmp_path):
             process.send_signal(signal.SIGTERM)
             assert await process.wait() == 0
     scene = {"seed", "trees_per_ha", "animals", "stones", "stumps", "cloths", "waters", "conditions"}
-    persons = {"persons", "posture", "dressed", "in_pairs", "walking_mps", "targets"}
+    persons = {"persons", "posture", "dressed", "in_pairs", "walking_mps", "terrain", "targets"}
     assert set(world) == scene | persons | {"origin", "start_utc_s", "area_enu_m", "vehicles"}
     assert world["origin"] == {"latitude_deg": 48.3, "longitude_deg": 14.3, "altitude_amsl_m": 260.0}
     assert len(world["targets"][0]["position_enu_m"]) == 3

@@ -33,12 +33,14 @@ from aos_sim.world_options import (
     Seed,
     Stones,
     Stumps,
+    TerrainOption,
     TreesPerHa,
     WalkingSpeed,
     Waters,
     image_source,
     parse_origin,
     stop_on_signals,
+    terrain_of,
     work_until,
     world_of,
 )
@@ -94,6 +96,7 @@ def sim_camera(
     in_pairs: InPairs = False,
     walking_speed: WalkingSpeed = 0.0,
     conditions: ConditionsOption = "cool",
+    terrain: TerrainOption = "flat",
     image_size: ImageSize = 512,
     fov: FieldOfView = 50.0,
     errors: Errors = "rtk",
@@ -121,6 +124,7 @@ def sim_camera(
             "in_pairs": in_pairs,
             "walking_mps": walking_speed,
             "conditions": conditions,
+            "terrain": terrain_of(terrain),
         }
     )
     place = parse_origin(origin) if origin is not None else None
@@ -137,7 +141,7 @@ def sim_camera(
         http_port=http_port,
         errors=model,
     )
-    scene = build_scene(parameters)
+    scene = build_scene(parameters, place)
     cameras = AttachedCameras(options, image_source(scene, model, no_render))
     asyncio.run(_serve(cameras, world_of(scene), _Files(world_file, report_file), exit_with_parent))
 

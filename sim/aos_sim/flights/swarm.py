@@ -14,10 +14,11 @@ from aos_sim.errors.attitude import AttitudeProcess
 from aos_sim.errors.exposure import Motion
 from aos_sim.errors.model import ErrorModel
 from aos_sim.errors.position import PositionProcess
-from aos_sim.report import SeparationMonitor
+from aos_sim.report import ClearanceMonitor, SeparationMonitor
 from aos_sim.vehicle.battery import Battery
 from aos_sim.vehicle.dynamics import AirframeLimits, Guidance, SwarmState, step
 from aos_sim.vehicle.kinematics import Kinematics, read_kinematics
+from aos_sim.world.relief import Relief, ground_below
 
 STEP_S = 0.1
 """Step of the dynamics."""
@@ -27,7 +28,7 @@ LANDING_MPS = 0.5
 """Descent near the ground."""
 SLOW_BELOW_M = 5.0
 UNDERGROUND_M = -5.0
-"""Height of the set-point of a vehicle that lands."""
+"""Height above the ground of the set-point of a vehicle that lands."""
 HOME_RADIUS_M = 0.5
 _ROUNDING_S = 1e-6
 HEADING_SIGMA_RAD = math.radians(5.0)
@@ -46,22 +47,29 @@ class Pilot:
     mode: FlightMode = FlightMode.GUIDED
     armed: bool = False
     lifting: bool = False
+    landing: bool = False
+    """Whether it comes down to the ground."""
     speed_mps: float = 10.0
 
     def update(self, kinematics: Kinematics) -> None:
         """Go on with a return or a landing."""
         here_enu_m = np.array(kinematics.position_enu_m)
         if self.mode is FlightMode.RETURN and math.dist(here_enu_m[:2], self.home_enu_m[:2]) <= HOME_RADIUS_M:
-            self.descend(here_enu_m, FlightMode.RETURN)
-        is_coming_down = self.mode in {FlightMode.LAND, FlightMode.RETURN} and self.target_enu_m[2] <= UNDERGROUND_M
-        if is_coming_down and kinematics.on_ground:
+            self.descend(kinematics, FlightMode.RETURN)
+        if self.landing and kinematics.on_ground:
             self.armed = self.lifting = False
         self.battery.drain(self.armed, self.lifting, STEP_S)
 
-    def descend(self, here_enu_m: NDArray[np.float64], mode: FlightMode) -> None:
+    def fly(self, mode: FlightMode, target_enu_m: NDArray[np.float64]) -> None:
+        """Fly to a place."""
+        self.mode, self.target_enu_m, self.landing = mode, target_enu_m, False
+
+    def descend(self, kinematics: Kinematics, mode: FlightMode) -> None:
         """Come down where it is."""
-        if self.target_enu_m[2] > UNDERGROUND_M:
-            self.mode, self.target_enu_m = mode, np.array([*here_enu_m[:2], UNDERGROUND_M])
+        if not self.landing:
+            below_m = kinematics.ground_up_m + UNDERGROUND_M
+            self.fly(mode, np.array([*kinematics.position_enu_m[:2], below_m]))
+            self.landing = True
 
 
 class FlownSwarm:
@@ -73,11 +81,20 @@ class FlownSwarm:
         homes_enu_m: places where the vehicles stand, shape (n, 3).
         errors: errors of positions and attitudes, and the wind.
         seed: of all draws.
+        relief: shape of the ground; None: the plane z = 0.
     """
 
     def __init__(
-        self, clock: Clock, frame: LocalFrame, homes_enu_m: NDArray[np.float64], errors: ErrorModel, seed: int
+        self,
+        clock: Clock,
+        frame: LocalFrame,
+        homes_enu_m: NDArray[np.float64],
+        errors: ErrorModel,
+        seed: int,
+        *,
+        relief: Relief | None = None,
     ) -> None:
+        self._relief = relief
         self._clock = clock
         self._frame = frame
         self._rng = np.random.default_rng(seed)
@@ -91,6 +108,7 @@ class FlownSwarm:
         self._attitude_errors = AttitudeProcess(errors.attitude, len(homes_enu_m), seed)
         self._ids = range(1, len(homes_enu_m) + 1)
         self._separation = SeparationMonitor()
+        self._clearance = ClearanceMonitor(homes_enu_m, relief)
         self.kinematics = self._read()
         self.pilots = [
             Pilot(np.array(one.position_enu_m), one.heading_rad, np.array(one.position_enu_m), Battery())
@@ -112,6 +130,12 @@ class FlownSwarm:
         """Smallest true 3-D distance of two vehicles so far."""
         self.advance()
         return self._separation.smallest_m
+
+    @property
+    def min_height_above_ground_m(self) -> float | None:
+        """Smallest true height of a vehicle above the ground so far, away from its launch point."""
+        self.advance()
+        return self._clearance.smallest_m
 
     @property
     def landed(self) -> int:
@@ -139,20 +163,31 @@ class FlownSwarm:
         self._until_s = self._begin_s + self._steps * STEP_S
         self.position_errors.advance(STEP_S)
         self._attitude_errors.advance(STEP_S)
-        self._state = step(self._state, self._guidance(), STEP_S, limits=self._limits, wind=self._wind, rng=self._rng)
+        self._state = step(
+            self._state,
+            self._guidance(),
+            STEP_S,
+            limits=self._limits,
+            wind=self._wind,
+            rng=self._rng,
+            relief=self._relief,
+        )
         self.kinematics = self._read()
         self._separation.update(self._ids, self._state.position_enu_m)
+        self._clearance.update(self._state.position_enu_m)
         for pilot, kinematics in zip(self.pilots, self.kinematics, strict=True):
             pilot.update(kinematics)
 
     def _read(self) -> list[Kinematics]:
-        return read_kinematics(self._state, self._frame, self.position_errors, self._attitude_errors)
+        return read_kinematics(
+            self._state, self._frame, self.position_errors, self._attitude_errors, relief=self._relief
+        )
 
     def _guidance(self) -> Guidance:
         """Return the set-points in true positions and headings: an autopilot that errs flies elsewhere."""
-        heights_m = self._state.position_enu_m[:, 2]
+        heights_m = self._state.position_enu_m[:, 2] - ground_below(self._state.position_enu_m, self._relief)
         targets_enu_m = np.array([pilot.target_enu_m for pilot in self.pilots])
-        lands_slowly = (targets_enu_m[:, 2] <= UNDERGROUND_M) & (heights_m < SLOW_BELOW_M)
+        lands_slowly = np.array([pilot.landing for pilot in self.pilots]) & (heights_m < SLOW_BELOW_M)
         return Guidance(
             lifting=np.array([pilot.lifting for pilot in self.pilots]),
             target_enu_m=targets_enu_m - self.position_errors.estimate_enu_m,

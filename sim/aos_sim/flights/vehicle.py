@@ -167,27 +167,27 @@ class FlownVehicle:
         return ""
 
     def _obey(self, command: Command) -> None:
-        pilot, here_enu_m = self._pilot, np.array(self._swarm.kinematics[self._row].position_enu_m)
+        pilot, kinematics = self._pilot, self._swarm.kinematics[self._row]
+        here_enu_m = np.array(kinematics.position_enu_m)
         match command:
             case Arm():
-                pilot.mode, pilot.armed = FlightMode.GUIDED, True
+                pilot.mode, pilot.armed, pilot.landing = FlightMode.GUIDED, True, False
             case Disarm():
                 pilot.armed = pilot.lifting = False
             case Takeoff(height_m):
-                pilot.mode, pilot.lifting = FlightMode.GUIDED, True
-                pilot.target_enu_m = np.array([*here_enu_m[:2], pilot.home_enu_m[2] + height_m])
+                pilot.lifting = True
+                pilot.fly(FlightMode.GUIDED, np.array([*here_enu_m[:2], pilot.home_enu_m[2] + height_m]))
             case Goto(position, speed_mps):
-                pilot.mode, pilot.speed_mps = FlightMode.GUIDED, speed_mps
-                pilot.target_enu_m = self._frame.to_enu(position)
+                pilot.speed_mps = speed_mps
+                pilot.fly(FlightMode.GUIDED, self._frame.to_enu(position))
             case Hold():
-                pilot.mode, pilot.target_enu_m = FlightMode.HOLD, here_enu_m
+                pilot.fly(FlightMode.HOLD, here_enu_m)
             case ReturnToLaunch():
-                pilot.mode = FlightMode.RETURN
                 height_m = max(here_enu_m[2], pilot.home_enu_m[2] + self._return_height_m)
-                pilot.target_enu_m = np.array([*pilot.home_enu_m[:2], height_m])
+                pilot.fly(FlightMode.RETURN, np.array([*pilot.home_enu_m[:2], height_m]))
             case Land():
                 pilot.mode = FlightMode.LAND
-                pilot.descend(here_enu_m, FlightMode.LAND)
+                pilot.descend(kinematics, FlightMode.LAND)
 
     def _shows(self, command: Command) -> bool:
         if not isinstance(command, Takeoff):

@@ -24,10 +24,13 @@ from aos_sim.swarm import DEFAULT_ORIGIN, MAX_VEHICLES, home_positions_enu_m
 from aos_sim.world.conditions import Conditions
 from aos_sim.world.person import Posture
 from aos_sim.world.scene import Scene, SceneParameters, build_scene
+from aos_sim.world.terrain import is_file
 
 FOV_RAD = math.radians(50.0)
 MAX_OF_A_KIND = 2
 """Animals, stones, cloths, stumps and puddles: none to so many of each."""
+_AREA_SAMPLES = 200
+"""Samples of the ground per side of the search area."""
 BACKDROP_STRIDE = 2
 """Forest is rendered in every second pixel where no body is; its statistics are those of full frames."""
 
@@ -84,6 +87,22 @@ class SimulatedFlight:
         return [_place(person.position_enu_m) for person in self._scene.persons]
 
     @property
+    def highest_ground_m(self) -> float:
+        """See :attr:`aos_gcs.lab.flights.Flight.highest_ground_m`."""
+        relief = self._scene.relief
+        if relief is None:
+            return 0.0
+        corners_enu_m = self._scene.area_enu_m
+        west_south, east_north = corners_enu_m.min(axis=0), corners_enu_m.max(axis=0)
+        axes = (np.linspace(low, high, _AREA_SAMPLES) for low, high in zip(west_south, east_north, strict=True))
+        return float(relief.height_m(*np.meshgrid(*axes)).max())
+
+    @property
+    def min_height_above_ground_m(self) -> float | None:
+        """See :attr:`aos_gcs.lab.flights.Flight.min_height_above_ground_m`."""
+        return None if self._swarm is None else self._swarm.min_height_above_ground_m
+
+    @property
     def min_separation_m(self) -> float | None:
         """See :attr:`aos_gcs.lab.flights.Flight.min_separation_m`."""
         return None if self._swarm is None else self._swarm.min_separation_m
@@ -95,8 +114,9 @@ class SimulatedFlight:
 
     def fleet(self, clock: Clock) -> FlownFleet:
         """See :meth:`aos_gcs.lab.flights.Flight.fleet`."""
-        frame, homes_enu_m = LocalFrame(self.origin), home_positions_enu_m(self._vehicles)
-        swarm = self._swarm = FlownSwarm(clock, frame, homes_enu_m, self._errors, self._seed)
+        frame, relief = LocalFrame(self.origin), self._scene.relief
+        homes_enu_m = home_positions_enu_m(self._vehicles, relief)
+        swarm = self._swarm = FlownSwarm(clock, frame, homes_enu_m, self._errors, self._seed, relief=relief)
         cameras = ErringCameras(self._errors, self._camera, self._seed)
         return FlownFleet(
             [
@@ -121,6 +141,11 @@ def _scene_parameters(settings: FlightSettings, weather: Conditions) -> ScenePar
     """Draw what lies in the forest; a person's posture does not hang on whether there is one."""
     rng = np.random.default_rng([settings.seed, 0xF1])
     animals, stones, cloths, stumps, waters = (int(count) for count in rng.integers(0, MAX_OF_A_KIND + 1, 5))
+    if is_file(settings.terrain):
+        raise ConfigurationError(
+            f"--terrain must be flat, hills or slope:PERCENT, as flights have no place of their own, got "
+            f"{settings.terrain!r}."
+        )
     return SceneParameters(
         seed=settings.seed,
         trees_per_ha=settings.trees_per_ha,
@@ -133,6 +158,7 @@ def _scene_parameters(settings: FlightSettings, weather: Conditions) -> ScenePar
         stumps=stumps,
         waters=waters,
         conditions=weather,
+        terrain=settings.terrain,
         dressed=True,
     )
 

@@ -16,6 +16,7 @@ from aos_sim.render.raycaster import RayCaster
 from aos_sim.world.conditions import CLIMATES, Climate
 from aos_sim.world.ground import Ground
 from aos_sim.world.mesh import FloatArray, Mesh
+from aos_sim.world.relief import Relief
 from aos_sim.world.scene import Scene
 
 _SUN_AZIMUTH_RAD = math.radians(200.0)
@@ -35,6 +36,8 @@ _FLOOR_SKY_SHARE = 0.45
 _CANOPY_TOP_M = 18.0
 _SURFACE_OFFSET_M = 0.01
 _SHADOW_CELL_M = 0.1
+_DOWNHILL = 2.0
+"""By how much shadows may be longer where the ground falls away from the sun."""
 
 
 def shade_mesh(mesh: Mesh, occluders: RayCaster, climate: Climate) -> FloatArray:
@@ -66,14 +69,18 @@ class LitGround:
     south_m: float
     climate: Climate
 
+    relief: Relief | None = None
+    """Shape of the ground; None: the plane z = 0."""
+
     def sample(self, east_m: NDArray[np.floating], north_m: NDArray[np.floating]) -> FloatArray:
-        """Return red, green, blue (0 to 255) and °C at points of the plane z = 0, shape (n, 4)."""
+        """Return red, green, blue (0 to 255) and °C at places of the ground, shape (n, 4)."""
         rows, columns = self.sunlit.shape
         row = np.clip((north_m - self.south_m) / _SHADOW_CELL_M, 0, rows - 1).astype(np.intp)
         column = np.clip((east_m - self.west_m) / _SHADOW_CELL_M, 0, columns - 1).astype(np.intp)
         sunlit = self.sunlit[row, column]
         samples = self.ground.sample(east_m, north_m)
-        samples[:, :3] *= (self.climate.sky * _FLOOR_SKY_SHARE + self.climate.sun * TO_SUN[2] * sunlit)[:, None]
+        facing = TO_SUN[2] if self.relief is None else np.maximum(self.relief.normal(east_m, north_m) @ TO_SUN, 0.0)
+        samples[:, :3] *= (self.climate.sky * _FLOOR_SKY_SHARE + self.climate.sun * facing * sunlit)[:, None]
         samples[:, 3] += self.climate.ambient_k + self.climate.sun_warming_k * sunlit
         return samples
 
@@ -81,11 +88,15 @@ class LitGround:
 def light_ground(scene: Scene, occluders: RayCaster) -> LitGround:
     """Cast the shadows of the forest on the ground."""
     margin_m = _CANOPY_TOP_M / math.tan(_SUN_ELEVATION_RAD) + 6.0
+    if scene.relief is not None:
+        margin_m *= _DOWNHILL
     west, south = scene.area_enu_m.min(axis=0) - margin_m
     cells = math.ceil((scene.parameters.side_m + 2 * margin_m) / _SHADOW_CELL_M)
     centre = (np.arange(cells) + 0.5) * _SHADOW_CELL_M
     east, north = np.meshgrid(west + centre, south + centre)
     points = np.column_stack([east.ravel(), north.ravel(), np.zeros(cells * cells)]).astype(np.float32)
+    if scene.relief is not None:
+        points = scene.relief.lifted(points)
     sunlit = occluders.is_free(points, np.broadcast_to(TO_SUN, points.shape).copy()).reshape(cells, cells)
     climate = CLIMATES[scene.parameters.conditions]
-    return LitGround(scene.ground, sunlit, float(west), float(south), climate)
+    return LitGround(scene.ground, sunlit, float(west), float(south), climate, scene.relief)

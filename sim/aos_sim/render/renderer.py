@@ -14,6 +14,7 @@ from aos_gcs.geometry.poses import Pose
 from aos_sim.errors.model import NONE
 from aos_sim.errors.sensor import CameraSensor, RenderedFrame
 from aos_sim.errors.wind import Wind
+from aos_sim.render.ground_rays import HORIZON, GroundRays
 from aos_sim.render.lighting import light_ground, shade_mesh
 from aos_sim.render.raycaster import NO_HIT, RayCaster
 from aos_sim.render.rays import image_rays, pixel_rays, pixels_around, ray_directions
@@ -28,8 +29,8 @@ SKY_RGB = (186, 204, 222)
 SKY_TEMPERATURE_CELSIUS = -10.0
 
 _WHITE_NOISE = CameraSensor(NONE.thermal, NONE.optics)
-_HORIZON = -1e-3
-"""Vertical component below which a ray meets the ground."""
+_STANDS_M = 0.05
+"""A body is hidden by ground that lies more than this before it: its feet touch it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,6 +66,7 @@ class LitForest:
         mesh = scene.forest.mesh
         self.caster = RayCaster(mesh.triangles_enu_m)
         self.ground = light_ground(scene, self.caster)
+        self.ground_rays = GroundRays(scene.relief)
         sky = np.array([[*SKY_RGB, SKY_TEMPERATURE_CELSIUS]], np.float32)
         # Sky comes last: the index of a miss, -1, picks it.
         climate = CLIMATES[scene.parameters.conditions]
@@ -75,8 +77,8 @@ class _Bodies:
     """Persons and distractors, apart from the forest so that they can be seen without it."""
 
     def __init__(self, scene: Scene, forest: RayCaster) -> None:
-        meshes = [person_mesh(person) for person in scene.persons]
-        meshes += [distractor_mesh(distractor) for distractor in scene.distractors]
+        meshes = [scene.draped(person_mesh(person), person.position_enu_m) for person in scene.persons]
+        meshes += [scene.draped(distractor_mesh(body), body.position_enu_m) for body in scene.distractors]
         mesh = concatenate(meshes)
         self.caster = RayCaster(mesh.triangles_enu_m)
         self.appearance = shade_mesh(mesh, forest, CLIMATES[scene.parameters.conditions])
@@ -113,8 +115,7 @@ class Renderer:
         """Return the bodies where they are at a moment."""
         if not self._walks:
             return self._bodies
-        persons = tuple(person.at(at_s) for person in self.scene.persons)
-        return _Bodies(replace(self.scene, persons=persons), self._forest.caster)
+        return _Bodies(replace(self.scene, persons=self.scene.persons_at(at_s)), self._forest.caster)
 
     def with_persons(self, persons: Sequence[Person]) -> Renderer:
         """Return a renderer of the same forest and distractors with other persons, or none; takes milliseconds."""
@@ -205,12 +206,18 @@ class Renderer:
 
     def _backdrop(self, rays: _Rays, directions: FloatArray) -> FloatArray:
         """Red, green, blue and °C of trees, ground and sky per direction, shape (n, 4)."""
-        triangle = self._forest.caster.first_hit(*self._swaying(rays, directions))
+        caster, ground_rays, origin_m = self._forest.caster, self._forest.ground_rays, rays.pose.position_enu_m
+        if ground_rays.relief is None:
+            triangle = caster.first_hit(*self._swaying(rays, directions))
+            ground = np.flatnonzero((triangle == NO_HIT) & (directions[:, 2] < HORIZON))
+            distance = np.float32(-origin_m[2]) / directions[ground, 2]
+        else:
+            reach = ground_rays.reach(origin_m, directions)
+            triangle, forest_distance = caster.first_hit_with_distance(*self._swaying(rays, directions, reach))
+            ground = np.flatnonzero(np.isfinite(reach) & (reach <= forest_distance))
+            distance = reach[ground]
         colours = self._forest.appearance[triangle]
-        ground = np.flatnonzero((triangle == NO_HIT) & (directions[:, 2] < _HORIZON))
-        down = directions[ground]
-        east, north, height = rays.pose.position_enu_m
-        distance = np.float32(-height) / down[:, 2]
+        down, (east, north, _) = directions[ground], origin_m
         colours[ground] = self._forest.ground.sample(east + distance * down[:, 0], north + distance * down[:, 1])
         return colours
 
@@ -219,13 +226,27 @@ class Renderer:
         triangle, distance = bodies.caster.first_hit_with_distance(rays.pose.position_enu_m, directions)
         is_hit = triangle != NO_HIT
         pixel, triangle, distance, directions = pixel[is_hit], triangle[is_hit], distance[is_hit], directions[is_hit]
-        _, forest_distance = self._forest.caster.first_hit_with_distance(*self._swaying(rays, directions))
-        return _BodyHits(pixel, triangle, distance < forest_distance)
+        if self.scene.relief is None:
+            _, forest_distance = self._forest.caster.first_hit_with_distance(*self._swaying(rays, directions))
+            return _BodyHits(pixel, triangle, distance < forest_distance)
+        reach = self._forest.ground_rays.reach(rays.pose.position_enu_m, directions)
+        _, forest_distance = self._forest.caster.first_hit_with_distance(*self._swaying(rays, directions, reach))
+        return _BodyHits(pixel, triangle, distance < np.minimum(forest_distance, reach + np.float32(_STANDS_M)))
 
-    def _swaying(self, rays: _Rays, directions: FloatArray) -> tuple[NDArray[np.floating], FloatArray]:
-        """Return origins and directions that meet the forest at rest as these meet it at their moment."""
+    def _swaying(
+        self, rays: _Rays, directions: FloatArray, reach: FloatArray | None = None
+    ) -> tuple[NDArray[np.floating], FloatArray]:
+        """Return origins and directions that meet the forest at rest as these meet it at their moment.
+
+        ``reach`` is how far they go to the ground, where it is not level.
+        """
         origin_m = rays.pose.position_enu_m
-        return self._sway.shear(origin_m, directions, rays.at_s) if self._sway.moves else (origin_m, directions)
+        if not self._sway.moves:
+            return origin_m, directions
+        if reach is None:
+            return self._sway.shear(origin_m, directions, rays.at_s)
+        at_ground_m = np.where(np.isfinite(reach), origin_m[2] + reach * directions[:, 2], 0.0).astype(np.float32)
+        return self._sway.shear(origin_m, directions, rays.at_s, at_ground_m)
 
 
 def _bounding_box(triangles_m: FloatArray) -> NDArray[np.float64]:

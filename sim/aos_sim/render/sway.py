@@ -25,6 +25,7 @@ _CELLS = 256
 _CROWN_CELLS = 4.0
 """Standard deviation of the filter that makes sways of crowns from white noise, in cells."""
 _DOWNWARDS = -0.05
+_LEVEL = np.float32(0.0)
 
 
 class Sway:
@@ -49,7 +50,11 @@ class Sway:
         self._field_m = np.ascontiguousarray(field_m.reshape(-1, 2).T / np.float32(_TOP_M))
 
     def shear(
-        self, origin_m: NDArray[np.float64], directions: FloatArray, at_s: float
+        self,
+        origin_m: NDArray[np.float64],
+        directions: FloatArray,
+        at_s: float,
+        ground_m: FloatArray | np.float32 = _LEVEL,
     ) -> tuple[FloatArray, FloatArray]:
         """Return rays that meet the resting forest where the given ones meet the swaying one, both (n, 3).
 
@@ -59,10 +64,12 @@ class Sway:
             origin_m: of all rays, shape (3,).
             directions: shape (n, 3).
             at_s: moment, which decides the sway.
+            ground_m: height of the ground that the trees of each ray stand on, shape (n,) or ().
         """
         origin = origin_m.astype(np.float32)
         down = directions[:, 2]
-        reach = (np.float32(_MIDDLE_M) - origin[2]) / np.minimum(down, np.float32(_DOWNWARDS))
+        above_ground_m = origin[2] - ground_m
+        reach = (np.float32(_MIDDLE_M) - above_ground_m) / np.minimum(down, np.float32(_DOWNWARDS))
         offset = np.random.default_rng([self._seed, 0x5B, int(at_s / STILL_S)]).integers(0, _CELLS, 2)
         column, row = (_cells(origin[axis] + reach * directions[:, axis], int(offset[axis])) for axis in (0, 1))
         sways = down <= _DOWNWARDS
@@ -72,7 +79,7 @@ class Sway:
         # One axis at a time: arrays of two columns take several times as long.
         for axis, field_m in enumerate(self._field_m):
             sway_m = field_m[cell] * sways
-            origins[:, axis] = origin[axis] - sway_m * origin[2]
+            origins[:, axis] = origin[axis] - sway_m * above_ground_m
             sheared[:, axis] = directions[:, axis] - sway_m * down
         return origins, sheared
 

@@ -263,7 +263,7 @@ class ArduCopter(SimulatedAutopilot):
         altitude_m = request.finite_or_none(7)
         if not (change_mode or self._mode is CopterMode.GUIDED) or altitude_m is None or not request.place_valid():
             return int(mavlink.MAV_RESULT_DENIED)
-        altitude_amsl_m = self._altitude_amsl_m(request.frame, altitude_m)
+        altitude_amsl_m = self._altitude_amsl_m(request, altitude_m)
         if altitude_amsl_m is None:
             return int(RESULT_UNSUPPORTED_FRAME)
         east_m, north_m, up_m = self.identity.frame.to_enu(request.geodetic(altitude_amsl_m))
@@ -280,7 +280,7 @@ class ArduCopter(SimulatedAutopilot):
         """Fly a target in GUIDED, without an answer; a velocity lasts GUID_TIMEOUT, what is not understood stops."""
         if self._mode is not CopterMode.GUIDED or not self.flight.airborne:
             return
-        around = Surroundings(self.identity.frame, self.flight.home_enu_m, self.kinematics)
+        around = Surroundings.of(self.identity, self.flight.home_enu_m, self.kinematics)
         try:
             motion = copter_motion(TargetRequest.of(message), around)
         except UnsupportedTargetError:
@@ -296,13 +296,16 @@ class ArduCopter(SimulatedAutopilot):
         if not (follows and message.get_msgId() == mavlink.MAVLINK_MSG_ID_POSITION_TARGET_GLOBAL_INT):
             super().send(message)
 
-    def _altitude_amsl_m(self, frame: int, altitude_m: float) -> float | None:
-        origin_amsl_m = self.identity.frame.origin.altitude_amsl_m
-        if frame in AMSL_FRAMES:
+    def _altitude_amsl_m(self, request: CommandRequest, altitude_m: float) -> float | None:
+        if request.frame in AMSL_FRAMES:
             return altitude_m
-        if frame in RELATIVE_FRAMES:
-            return origin_amsl_m + self.flight.home_enu_m[2] + altitude_m
-        return origin_amsl_m + altitude_m if frame in TERRAIN_FRAMES else None
+        if request.frame in RELATIVE_FRAMES:
+            return self.identity.frame.origin.altitude_amsl_m + self.flight.home_enu_m[2] + altitude_m
+        if request.frame not in TERRAIN_FRAMES:
+            return None
+        around = Surroundings.of(self.identity, self.flight.home_enu_m, self.kinematics)
+        place = request.geodetic(altitude_m)
+        return around.ground_amsl_m(place.latitude_deg, place.longitude_deg) + altitude_m
 
     def _on_request_data_stream(self, message: mavlink.MAVLink_message) -> None:
         for message_id, interval_us in requested_intervals_us(message):

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from aos_gcs.geometry.geodesy import LocalFrame
+from aos_sim.world.relief import Relief
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,3 +23,5 @@ class VehicleIdentity:
     """Values that differ from the flavour's settings."""
     speed: float = 1.0
     """Simulated seconds per real second."""
+    relief: Relief | None = None
+    """Shape of the ground; None: the plane z = 0."""

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from aos_sim.errors.sizes import drifted
 from aos_sim.errors.wind import Wind
+from aos_sim.world.relief import Relief, ground_below
 
 GRAVITY_MPS2 = 9.81
 
@@ -93,15 +94,15 @@ def step(
     limits: AirframeLimits,
     wind: Wind,
     rng: np.random.Generator,
-    ground_up_m: float = 0.0,
+    relief: Relief | None = None,
 ) -> SwarmState:
     """Return the state ``dt_s`` later.
 
     Lifting vehicles fly a straight line to their target: they accelerate and brake within ``limits`` and never exceed
-    the speeds in ``guidance`` by more than what gusts add.
+    the speeds in ``guidance`` by more than what gusts add. They stand on ``relief``, or on the plane z = 0.
     """
     gust = _next_gust(state.gust_enu_mps, wind, dt_s, rng)
-    if not guidance.lifting.any() and _stands_still(state, ground_up_m):
+    if not guidance.lifting.any() and _stands_still(state, relief):
         return replace(state, gust_enu_mps=gust)
     lifting = guidance.lifting[:, np.newaxis]
     commanded = np.where(
@@ -112,10 +113,11 @@ def step(
     velocity = commanded + np.where(lifting, wind.response * gust, 0.0)
     position = state.position_enu_m + velocity * dt_s
     acceleration = (commanded - state.commanded_velocity_enu_mps) / dt_s
+    ground_up_m = ground_below(position, relief)
     touching = position[:, 2] <= ground_up_m
     # A vehicle that leaves the ground touches it in the first step; only one that does not climb has landed.
     landed = touching & (commanded[:, 2] <= 0.0)
-    position[touching, 2] = ground_up_m
+    position[touching, 2] = ground_up_m[touching]
     for moving in (commanded, velocity, acceleration):
         moving[landed] = 0.0
     attitude, rates = _next_attitude(
@@ -133,12 +135,12 @@ def step(
     )
 
 
-def _stands_still(state: SwarmState, ground_up_m: float) -> bool:
+def _stands_still(state: SwarmState, relief: Relief | None) -> bool:
     """Return whether all vehicles are level and at rest on the ground, where only lifting changes anything."""
     at_rest = (state.commanded_velocity_enu_mps, state.velocity_enu_mps, state.attitude_rates_radps)
     return bool(
         state.on_ground.all()
-        and (state.position_enu_m[:, 2] == ground_up_m).all()
+        and (state.position_enu_m[:, 2] == ground_below(state.position_enu_m, relief)).all()
         and not state.attitude_rad[:, :2].any()
         and not any(values.any() for values in at_rest)
     )

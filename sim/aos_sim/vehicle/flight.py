@@ -71,7 +71,7 @@ class FlightSettings:
     descent_mps: float
     land_speed_mps: float
     land_slow_below_m: float
-    """Height above home under which a landing goes at ``land_speed_mps``."""
+    """Height above the ground, which counts as high as home was measured, below which a landing goes slowly."""
     return_height_m: float
     """Least height above home on the way back."""
     return_climb_m: float
@@ -120,6 +120,7 @@ class FlightController:
         self.armed = False
         self.manoeuvre = Manoeuvre.GROUNDED
         self.home_enu_m = kinematics.position_enu_m
+        self._home_ground_up_m = kinematics.ground_up_m
         self._target_enu_m = kinematics.position_enu_m
         self._heading_rad = kinematics.heading_rad
         self._speed_override_mps: float | None = None
@@ -145,6 +146,7 @@ class FlightController:
         """Start the motors; home becomes where the vehicle stands."""
         self.armed = True
         self.home_enu_m = kinematics.position_enu_m
+        self._home_ground_up_m = kinematics.ground_up_m
         self._hold_here(kinematics)
         self._enter(Manoeuvre.GROUNDED, now_s)
 
@@ -300,7 +302,8 @@ class FlightController:
 
     def _landing(self, setpoint: Setpoint, kinematics: Kinematics) -> Setpoint:
         """Return the set-point of a landing: straight down, slowly at the end."""
-        height_m = kinematics.position_enu_m[2] - self.home_enu_m[2]
+        rise_m = kinematics.ground_up_m - self._home_ground_up_m
+        height_m = kinematics.position_enu_m[2] - self.home_enu_m[2] - rise_m
         slow = height_m < self.settings.land_slow_below_m
         east_m, north_m, _ = self._target_enu_m
         return replace(

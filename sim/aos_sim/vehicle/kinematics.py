@@ -12,6 +12,7 @@ from aos_sim.errors.attitude import AttitudeProcess
 from aos_sim.errors.model import RTK
 from aos_sim.errors.position import PositionErrors, PositionProcess
 from aos_sim.vehicle.dynamics import SwarmState
+from aos_sim.world.relief import Relief, ground_below
 
 EnuPoint = tuple[float, float, float]
 
@@ -56,6 +57,13 @@ class Kinematics:
     """Height above the world's origin that the barometer measures."""
     errors: PositionErrors
     """Sizes of the position's errors."""
+    ground_up_m: float = 0.0
+    """Height of the ground below the vehicle above the world's origin."""
+
+    @property
+    def range_m(self) -> float:
+        """Height above the ground that a rangefinder measures."""
+        return max(self.true_enu_m[2] - self.ground_up_m, 0.0)
 
     @property
     def geodetic(self) -> GeodeticPosition:
@@ -78,7 +86,9 @@ def read_kinematics(
     frame: LocalFrame,
     process: PositionProcess | None = None,
     attitudes: AttitudeProcess | None = None,
+    *,
     default: PositionErrors = RTK.position,
+    relief: Relief | None = None,
 ) -> list[Kinematics]:
     """Return what each vehicle's sensors say of the true state; without errors where there is no ``process``.
 
@@ -88,6 +98,7 @@ def read_kinematics(
         process: errors of the positions.
         attitudes: errors of the attitudes.
         default: sizes that are reported where there is no process.
+        relief: shape of the ground; None: the plane z = 0.
     """
     true_table = GeodeticTable(state.position_enu_m, frame)
     believed_enu_m, barometer_up_m = state.position_enu_m, state.position_enu_m[:, 2]
@@ -108,6 +119,7 @@ def read_kinematics(
         state.attitude_rates_radps.tolist(),
         state.on_ground.tolist(),
         barometer_up_m.tolist(),
+        ground_below(state.position_enu_m, relief).tolist(),
         strict=True,
     )
     return [
@@ -127,6 +139,7 @@ def read_kinematics(
             row=row,
             barometer_up_m=barometer_m,
             errors=errors,
+            ground_up_m=ground_up_m,
         )
         for row, (
             position,
@@ -137,6 +150,7 @@ def read_kinematics(
             rates,
             on_ground,
             barometer_m,
+            ground_up_m,
         ) in enumerate(rows)
     ]
 

@@ -307,7 +307,7 @@ class Px4(SimulatedAutopilot):
 
     def _on_target(self, message: mavlink.MAVLink_message) -> None:
         """Note that a target has come, and fly it in OFFBOARD, without an answer."""
-        around = Surroundings(self.identity.frame, self.flight.home_enu_m, self.kinematics)
+        around = Surroundings.of(self.identity, self.flight.home_enu_m, self.kinematics)
         try:
             motion = px4_motion(TargetRequest.of(message), around)
         except UnsupportedTargetError:

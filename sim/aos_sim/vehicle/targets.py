@@ -10,8 +10,10 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_sim.vehicle.commands import AMSL_FRAMES, RELATIVE_FRAMES, TERRAIN_FRAMES
+from aos_sim.vehicle.configuration import VehicleIdentity
 from aos_sim.vehicle.flight import FREE, Axes, Motion
 from aos_sim.vehicle.kinematics import EnuPoint, Kinematics
+from aos_sim.world.relief import Relief
 
 BODY_FRAMES = (mavlink.MAV_FRAME_BODY_NED, mavlink.MAV_FRAME_BODY_OFFSET_NED)
 OFFSET_FRAMES = (mavlink.MAV_FRAME_LOCAL_OFFSET_NED, *BODY_FRAMES)
@@ -77,6 +79,21 @@ class Surroundings:
     frame: LocalFrame
     home_enu_m: EnuPoint
     kinematics: Kinematics
+    relief: Relief | None = None
+    """Shape of the ground; None: the plane z = 0."""
+
+    @classmethod
+    def of(cls, identity: VehicleIdentity, home_enu_m: EnuPoint, kinematics: Kinematics) -> Surroundings:
+        """Return those of a vehicle."""
+        return cls(identity.frame, home_enu_m, kinematics, identity.relief)
+
+    def ground_amsl_m(self, latitude_deg: float, longitude_deg: float) -> float:
+        """Return the altitude of the ground at a place."""
+        origin_amsl_m = self.frame.origin.altitude_amsl_m
+        if self.relief is None:
+            return origin_amsl_m
+        east_m, north_m, _ = self.frame.to_enu(GeodeticPosition(latitude_deg, longitude_deg, origin_amsl_m))
+        return origin_amsl_m + float(self.relief.height_m(east_m, north_m))
 
 
 def copter_motion(request: TargetRequest, around: Surroundings) -> Motion:
@@ -156,11 +173,10 @@ def _place(request: TargetRequest, around: Surroundings, turn_rad: float) -> Enu
 
 def _global_place(request: TargetRequest, around: Surroundings) -> EnuPoint:
     latitude_deg, longitude_deg, altitude_m = request.position
-    ground_amsl_m = around.frame.origin.altitude_amsl_m
     if request.frame in RELATIVE_FRAMES:
-        altitude_m += ground_amsl_m + around.home_enu_m[2]
+        altitude_m += around.frame.origin.altitude_amsl_m + around.home_enu_m[2]
     elif request.frame in TERRAIN_FRAMES:
-        altitude_m += ground_amsl_m
+        altitude_m += around.ground_amsl_m(latitude_deg, longitude_deg)
     elif request.frame not in AMSL_FRAMES:
         raise UnsupportedTargetError
     east_m, north_m, up_m = around.frame.to_enu(GeodeticPosition(latitude_deg, longitude_deg, altitude_m))

@@ -13,7 +13,10 @@ from aos_sim.clock import SimTime
 from aos_sim.vehicle.battery import CELLS
 from aos_sim.vehicle.kinematics import EnuPoint, Kinematics
 
+UNKNOWN_U8 = 255
 UNKNOWN_U16 = 65535
+RANGEFINDER_CM = (20, 5000)
+"""Least and greatest distance that rangefinders measure."""
 GPS_FIX_AFTER_S = 2.0
 SATELLITES = 18
 SEA_LEVEL_HPA = 1013.25
@@ -133,6 +136,20 @@ def scaled_pressure(readings: Readings) -> mavlink.MAVLink_message:
     altitude_m = readings.frame.origin.altitude_amsl_m + readings.kinematics.barometer_up_m
     pressure_hpa = SEA_LEVEL_HPA * (1.0 - altitude_m / ATMOSPHERE_M) ** ATMOSPHERE_EXPONENT
     return mavlink.MAVLink_scaled_pressure_message(readings.now.boot_ms, pressure_hpa, 0.0, 2500)
+
+
+def distance_sensor(readings: Readings) -> mavlink.MAVLink_message:
+    """DISTANCE_SENSOR of a rangefinder that looks down; what is out of its reach is one step beyond it."""
+    return mavlink.MAVLink_distance_sensor_message(
+        time_boot_ms=readings.now.boot_ms,
+        min_distance=RANGEFINDER_CM[0],
+        max_distance=RANGEFINDER_CM[1],
+        current_distance=min(round(readings.kinematics.range_m * 100), RANGEFINDER_CM[1] + 1),
+        type=mavlink.MAV_DISTANCE_SENSOR_LASER,
+        id=0,
+        orientation=mavlink.MAV_SENSOR_ROTATION_PITCH_270,
+        covariance=UNKNOWN_U8,
+    )
 
 
 def attitude(readings: Readings) -> mavlink.MAVLink_message:
@@ -311,6 +328,7 @@ COMMON_MESSAGES: Mapping[int, MessageBuilder] = {
     mavlink.MAVLINK_MSG_ID_SYSTEM_TIME: system_time,
     mavlink.MAVLINK_MSG_ID_GPS_RAW_INT: gps_raw_int,
     mavlink.MAVLINK_MSG_ID_SCALED_PRESSURE: scaled_pressure,
+    mavlink.MAVLINK_MSG_ID_DISTANCE_SENSOR: distance_sensor,
     mavlink.MAVLINK_MSG_ID_ATTITUDE: attitude,
     mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION: attitude_quaternion,
     mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED: local_position_ned,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,9 +18,12 @@ from aos_sim.world.mesh import (
     tubes,
     uniform_mesh,
 )
+from aos_sim.world.relief import Relief
 from aos_sim.world.species import BROADLEAF, CrownShape, Species
 
 BRANCHES_PER_TREE = 8
+_TRUNK_SIDES = 7
+_BRANCH_SIDES = 4
 GRID_JITTER = 0.2
 """Largest offset of a trunk from the middle of its cell, in cells."""
 
@@ -44,6 +47,19 @@ class Forest:
     height_m: NDArray[np.float64]
     crown_radius_m: NDArray[np.float64]
     mesh: Mesh
+    """All leaves, then all trunks, then all branches; tree by tree in each of them."""
+
+    def on(self, relief: Relief) -> Forest:
+        """Return the forest of level ground standing on another: every tree as high as the ground at its trunk."""
+        trees = len(self.trunk_enu_m)
+        if not trees:
+            return self
+        wood = (2 * _TRUNK_SIDES, 2 * _BRANCH_SIDES * BRANCHES_PER_TREE)
+        parts = (len(self.mesh) // trees - sum(wood), *wood)
+        tree = np.concatenate([np.repeat(np.arange(trees), triangles) for triangles in parts])
+        triangles_m = self.mesh.triangles_enu_m.copy()
+        triangles_m[..., 2] += relief.height_m(*self.trunk_enu_m.T).astype(np.float32)[tree, np.newaxis]
+        return replace(self, mesh=replace(self.mesh, triangles_enu_m=triangles_m))
 
 
 def grow_forest(
@@ -177,10 +193,10 @@ def _wood(
     foot = np.column_stack([trunk, np.zeros(trees)])
     top = np.column_stack([trunk, 0.9 * height])
     trunk_radius = 0.012 * height
-    trunks = tubes(foot, top, trunk_radius, 0.2 * trunk_radius, sides=7)
+    trunks = tubes(foot, top, trunk_radius, 0.2 * trunk_radius, sides=_TRUNK_SIDES)
     tips = clumps[:, :BRANCHES_PER_TREE].reshape(-1, 3)
     forks = np.column_stack([np.repeat(trunk, BRANCHES_PER_TREE, axis=0), 0.75 * tips[:, 2]])
-    branches = tubes(forks, tips, np.full(len(tips), 0.06), np.full(len(tips), 0.015), sides=4)
+    branches = tubes(forks, tips, np.full(len(tips), 0.06), np.full(len(tips), 0.015), sides=_BRANCH_SIDES)
     triangles = np.concatenate([trunks, branches])
     colour = _BARK_COLOUR * rng.uniform(0.85, 1.15, (len(triangles), 1))
     temperature = BARK_TEMPERATURE_CELSIUS + rng.uniform(-TEMPERATURE_SPREAD_K, TEMPERATURE_SPREAD_K, len(triangles))

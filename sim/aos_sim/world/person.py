@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.geometry.walks import Walk
 from aos_sim.world.mesh import FloatArray, Material, Mesh, concatenate, ellipsoid, tubes, uniform_mesh
+from aos_sim.world.relief import Relief
 
 _TROUSERS_SHADE = 0.55
 """Brightness of the trousers relative to the jacket."""
@@ -59,12 +60,19 @@ class Person:
     walk: Walk | None = None
     """None: the person stays in its place."""
 
-    def at(self, at_s: float) -> Person:
-        """Return the person as it is, staying, at a moment: seconds since the world began."""
+    def at(self, at_s: float, relief: Relief | None = None) -> Person:
+        """Return the person as it is, staying, at a moment: seconds since the world began.
+
+        Args:
+            at_s: the moment.
+            relief: the ground on which it walks; None: level ground.
+        """
         if self.walk is None:
             return self
         (east_m, north_m), heading_rad = self.walk.at(at_s)
         position_enu_m = self.position_enu_m + np.array([east_m, north_m, 0.0])
+        if relief is not None:
+            position_enu_m[2] = relief.height_m(*position_enu_m[:2])
         return replace(self, position_enu_m=position_enu_m, heading_rad=heading_rad, walk=None)
 
 

@@ -1,7 +1,7 @@
 """The whole scene of a simulated search: launch clearing, forest, the persons to find, and what distracts from them.
 
-Frame: ENU metres, origin on the ground in the middle of the launch site. The ground is the plane z = 0. The launch
-clearing lies south of the forest, which is a square and the search area.
+Frame: ENU metres, origin on the ground in the middle of the launch site. The ground is the plane z = 0, or a relief of
+the height 0 at the origin. The launch clearing lies south of the forest, which is a square and the search area.
 """
 
 from __future__ import annotations
@@ -14,13 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.errors import ConfigurationError
+from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.geometry.walks import Walk
 from aos_sim.world.conditions import Conditions
 from aos_sim.world.distractors import Distractor, DistractorKind, make_distractor
 from aos_sim.world.forest import Forest, grow_forest
 from aos_sim.world.ground import Ground, make_ground
+from aos_sim.world.mesh import Mesh
 from aos_sim.world.person import Person, Posture
+from aos_sim.world.relief import Relief
 from aos_sim.world.species import BROADLEAF, Species
+from aos_sim.world.terrain import FLAT, check_terrain, make_relief
 
 FOREST_SOUTH_M = 8.0
 CLEARING_SOUTH_M = -20.0
@@ -74,6 +78,8 @@ class SceneParameters:
     """Whether every second person keeps company to the one before."""
     walking_mps: float = 0.0
     """Speed at which persons in the posture *walking* go to and fro; 0: they stay in mid-stride."""
+    terrain: str = FLAT
+    """Shape of the ground: ``flat``, ``hills``, ``slope:PERCENT`` or the name of a file with heights."""
 
     def __post_init__(self) -> None:
         if self.seed < 0:
@@ -93,6 +99,7 @@ class SceneParameters:
             raise ConfigurationError(f"walking_mps needs the posture walking, got {self.posture}.")
         if self.conditions not in tuple(Conditions):
             raise ConfigurationError(f"conditions must be one of {', '.join(Conditions)}, got {self.conditions!r}.")
+        check_terrain(self.terrain)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -111,12 +118,33 @@ class Scene:
     """Clearing without trees, in the same order, shape (4, 2)."""
     distractors: tuple[Distractor, ...] = ()
     """Distractors in the scene."""
+    relief: Relief | None = None
+    """Shape of the ground; None: the plane z = 0."""
+
+    def persons_at(self, at_s: float) -> tuple[Person, ...]:
+        """Return the persons as they are, staying, at a moment: seconds since the world began."""
+        return tuple(person.at(at_s, self.relief) for person in self.persons)
+
+    def draped(self, mesh: Mesh, place_enu_m: NDArray[np.float64]) -> Mesh:
+        """Return a body that stands or lies at a place as it follows the slope of the ground there."""
+        if self.relief is None:
+            return mesh
+        flat_m = mesh.triangles_enu_m - np.array([0.0, 0.0, place_enu_m[2]], np.float32)
+        return replace(mesh, triangles_enu_m=self.relief.lifted(flat_m))
 
 
-def build_scene(parameters: SceneParameters) -> Scene:
+def build_scene(parameters: SceneParameters, origin: GeodeticPosition | None = None) -> Scene:
     """Build the world of these parameters: equal ones give equal worlds.
 
     The persons' places do not depend on their posture or on distractors, nor the ground on the forest's density.
+    Everything stands at the same places on every terrain.
+
+    Args:
+        parameters: what there is.
+        origin: place of the origin on the globe, which a terrain of a file needs.
+
+    Raises:
+        ConfigurationError: the terrain is that of a file that cannot be used.
     """
     forest_rng, person_rng, ground_rng, distractor_rng, dress_rng, walk_rng = np.random.default_rng(
         parameters.seed
@@ -131,7 +159,7 @@ def build_scene(parameters: SceneParameters) -> Scene:
         persons = tuple(_dressed(dress_rng, person) for person in persons)
     if parameters.walking_mps > 0.0:
         persons = tuple(_walking(walk_rng, person, parameters.walking_mps, forest.trunk_enu_m) for person in persons)
-    return Scene(
+    scene = Scene(
         parameters=parameters,
         persons=persons,
         forest=forest,
@@ -139,6 +167,22 @@ def build_scene(parameters: SceneParameters) -> Scene:
         area_enu_m=_rectangle(west, FOREST_SOUTH_M, -west, FOREST_SOUTH_M + side),
         launch_area_enu_m=_rectangle(west, CLEARING_SOUTH_M, -west, FOREST_SOUTH_M),
         distractors=_make_distractors(distractor_rng, parameters, forest, persons),
+    )
+    box = (west, CLEARING_SOUTH_M, -west, FOREST_SOUTH_M + side)
+    relief = make_relief(parameters.terrain, parameters.seed, box, level_north_m=FOREST_SOUTH_M, origin=origin)
+    return scene if relief is None else _standing_on(relief, scene)
+
+
+def _standing_on(relief: Relief, scene: Scene) -> Scene:
+    """Return a scene of level ground with everything at the same place on another ground."""
+    return replace(
+        scene,
+        relief=relief,
+        forest=scene.forest.on(relief),
+        persons=tuple(replace(person, position_enu_m=relief.lifted(person.position_enu_m)) for person in scene.persons),
+        distractors=tuple(
+            replace(body, position_enu_m=relief.lifted(body.position_enu_m)) for body in scene.distractors
+        ),
     )
 
 

@@ -209,5 +209,6 @@ def test_separation_remembers_the_closest_pair(tmp_path):
         "min_separation_pair": [5, 6],
         "landed": 3,
         "images": 2,
+        "min_height_above_ground_m": None,
     }
     assert list(tmp_path.iterdir()) == [path]
