@@ -36,10 +36,11 @@ from aos_gcs.mission.model.actions import Refusal
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.preflight.altitudes import check_altitudes
 from aos_gcs.mission.preflight.telemetry import check_all
+from aos_gcs.mission.preflight.terrain import check_take_off_altitudes, survey_terrain
 from aos_gcs.mission.search.sampling import Sample, sample
 from aos_gcs.planning.descents import passes, staggered
 from aos_gcs.planning.proposal import altitude_layers, propose_limits
-from aos_gcs.planning.settings import Deadlines, FlightSettings, MissionSettings
+from aos_gcs.planning.settings import Deadlines, FlightSettings, MissionSettings, TerrainSettings
 from aos_gcs.ports import Arm, Clock, DriverContext, Fleet, Severity, Takeoff, VehicleState
 from aos_gcs.runtime.drivers import load_driver
 
@@ -68,6 +69,9 @@ class ScriptOptions:
     deadlines: Deadlines = field(default_factory=Deadlines)
     safety: SafetyOverrides = field(default_factory=SafetyOverrides)
     """Safety limits that differ from those proposed around the area, the launch points and the layers."""
+    terrain: TerrainSettings | None = None
+    """Elevation model that the ways are checked against; None: the ground counts as level. Its
+    ``floor_above_ground_m`` is 5 m below the lowest layer unless it is set: set it to what clears the trees."""
     clock_speed: float = 1.0
     """Clock seconds per real second; above 1 only with vehicles simulated at the same speed."""
     log_folder: Path | None = None
@@ -90,6 +94,7 @@ class Swarm:
             return_enu_m=options.return_enu_m,
             flight=options.flight,
             deadlines=options.deadlines,
+            terrain=options.terrain,
         )
         context = FlightContext(
             settings=self._settings,
@@ -140,8 +145,11 @@ class Swarm:
     async def get_ready(self) -> None:
         """Wait until all vehicles pass the checks of preflight, and give each its altitude layer.
 
+        With an elevation model everything between the area, the launch points and the return point has to be clear of
+        the ground.
+
         Raises:
-            MissionError: a check still fails at the deadline; the text names it.
+            MissionError: a check still fails at the deadline, or the ground is too close; the text names it.
         """
         deadline_s = self._clock.now_s() + self._options.deadlines.connect_s + self._options.deadlines.preflight_s
         while (problem := self._problem()) is not None:
@@ -149,6 +157,7 @@ class Swarm:
                 raise MissionError(problem)
             await self._clock.sleep(_POLL_S)
         self._set_limits()
+        await self._survey_terrain()
 
     async def take_off(self) -> None:
         """Arm all and climb straight up, each to its own layer.
@@ -170,8 +179,8 @@ class Swarm:
     async def fly_to(self, places_enu_m: Mapping[int, GroundPoint]) -> None:
         """Fly vehicles to places, by id, in their layers, all at the same time, until they hover there.
 
-        Every waypoint is vetted: a segment that leaves the geofence or comes too near to another vehicle is shortened,
-        or the vehicle is held.
+        Every waypoint is vetted: a segment that leaves the geofence or comes too near to another vehicle or to the
+        ground of an elevation model is shortened, or the vehicle is held.
 
         Raises:
             MissionError: there is no such vehicle, or a vehicle did not get there in time; the text names the reason.
@@ -240,6 +249,23 @@ class Swarm:
         clearance_m = self._flight.clearance_m(members)
         is_past = passes(self._settings.area_enu_m, np.array(homes_enu_m)[:, :2], clearance_m)
         roster.assign_layers(homes_enu_m, staggered(is_past, layers_m))
+
+    async def _survey_terrain(self) -> None:
+        """Compare the flight with the ground of the elevation model, and limit the heights above it."""
+        terrain, frame, limits = self._options.terrain, self._roster.frame, self._flight.limits
+        if terrain is None or frame is None or limits is None:
+            return
+        members = self._roster.chosen()
+        homes_enu_m = {member.vehicle_id: member.home_enu_m for member in members if member.home_enu_m is not None}
+        found = await asyncio.to_thread(
+            survey_terrain, self._settings, terrain, frame.origin, limits, homes_enu_m, scans=False
+        )
+        failed = [
+            check for check in (*found.checks, *check_take_off_altitudes(members, frame, found.ground)) if check.blocks
+        ]
+        if failed:
+            raise MissionError(failed[0].describe())
+        self._flight.limits, self._flight.ground = found.limits, found.ground
 
     @staticmethod
     def _takeoff(member: Member) -> Takeoff:

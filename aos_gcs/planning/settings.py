@@ -183,7 +183,8 @@ class TerrainSettings:
     geoid: str | None = None
     """PROJ's grid of the geoid, for ellipsoidal heights; None: looked for in PROJ's folders."""
     floor_above_ground_m: float | None = None
-    """Smallest height above the ground; None: that of the floor above the origin."""
+    """Smallest height above the ground; None: that of the floor above the origin, or 5 m above the canopy of a known
+    forest where that is less."""
     ceiling_above_ground_m: float = 120.0
     """Greatest height above the ground."""
 

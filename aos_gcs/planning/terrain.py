@@ -15,7 +15,7 @@ from aos_gcs.airspace.terrain import GroundRaster, Polynomials
 from aos_gcs.elevation.geoid import find_geoid
 from aos_gcs.elevation.model import ElevationModel
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
-from aos_gcs.planning.settings import TerrainSettings
+from aos_gcs.planning.settings import ForestSettings, TerrainSettings
 
 FloatArray = NDArray[np.float64]
 
@@ -26,6 +26,8 @@ FINE_CELL_M = 2.0
 
 _LEAST_FLOOR_M = 5.0
 """Floor above the ground where that above the origin is lower."""
+_ABOVE_CANOPY_M = 5.0
+"""Height above the canopy, where that is known, that a floor leaves."""
 _BEYOND_FENCE_M = 50.0
 _NODES = 12
 """Places along each axis to which the mapping from the local frame to the model's cells is fitted."""
@@ -108,12 +110,13 @@ def ground_within(settings: TerrainSettings, origin: GeodeticPosition, bounds: E
 
 
 def ground_limits(
-    terrain: TerrainSettings, origin: GeodeticPosition, homes_enu_m: FloatArray, floor_above_origin_m: float
+    terrain: TerrainSettings, origin: GeodeticPosition, homes_enu_m: FloatArray, floor_m: float
 ) -> GroundLimits:
     """Return the limits above the ground of vehicles that stand at their launch points, shape (n, 3).
 
     What they know well is their height above where they stand; the altitude of that may err by metres. A launch point
-    below which the ground is not known counts as agreeing with the model.
+    below which the ground is not known counts as agreeing with the model. ``floor_m`` is the smallest height above the
+    ground.
 
     Raises:
         ConfigurationError: a setting cannot be used, or a library is missing.
@@ -121,7 +124,6 @@ def ground_limits(
     """
     offsets_m = homes_enu_m[:, 2] - ground_heights_m(terrain, origin, homes_enu_m[:, :2])
     offsets_m = offsets_m[np.isfinite(offsets_m)] if np.isfinite(offsets_m).any() else np.zeros(1)
-    floor_m = floor_above_ground_m(terrain, floor_above_origin_m)
     bounds_m = float(offsets_m.min()), float(offsets_m.max())
     return GroundLimits(floor_m=floor_m, ceiling_m=terrain.ceiling_above_ground_m, offsets_m=bounds_m)
 
@@ -141,11 +143,15 @@ def ground_of_limits(
     return replace(ground_within(terrain, origin, bounds), offsets_m=limits.above_ground.offsets_m)
 
 
-def floor_above_ground_m(terrain: TerrainSettings, floor_above_origin_m: float) -> float:
-    """Return the smallest height above the ground: the one that is set, or that of the floor above the origin."""
+def floor_above_ground_m(terrain: TerrainSettings, forest: ForestSettings | None, floor_above_origin_m: float) -> float:
+    """Return the smallest height above the ground: the one that is set, else 5 m above the canopy where that is known.
+
+    It is never more than the floor above the origin, which keeps clear of the trees on level ground.
+    """
     if terrain.floor_above_ground_m is not None:
         return terrain.floor_above_ground_m
-    return max(_LEAST_FLOOR_M, floor_above_origin_m)
+    most_m = max(_LEAST_FLOOR_M, floor_above_origin_m)
+    return most_m if forest is None else min(most_m, forest.canopy_height_m + _ABOVE_CANOPY_M)
 
 
 def _resolution(model: ElevationModel, extent: NDArray[np.int64]) -> tuple[int, int]:

@@ -171,7 +171,7 @@ def _check_points(
 def _band(plan: MissionPlan, terrain: TerrainSettings) -> HeightBand:
     floor_m = proposed_floor_m(plan.lowest_layer_m) if plan.floor_m is None else plan.floor_m
     highest_m = plan.lowest_layer_m + (plan.vehicles - 1) * plan.layer_spacing_m
-    floor_m = floor_above_ground_m(terrain, floor_m)
+    floor_m = floor_above_ground_m(terrain, plan.forest, floor_m)
     return HeightBand(floor_m, terrain.ceiling_above_ground_m, plan.lowest_layer_m, highest_m)
 
 

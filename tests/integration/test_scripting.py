@@ -19,8 +19,9 @@ from aos_gcs.errors import ConfigurationError, MissionError
 from aos_gcs.planning.settings import Deadlines, FlightSettings
 from aos_gcs.scripting import ScriptOptions, open_swarm
 from aos_sim.camera.synthetic import CheckerboardGround
-from aos_sim.swarm import SimulatedSwarm
+from aos_sim.swarm import DEFAULT_ORIGIN, SimulatedSwarm
 from aos_sim.swarm import SwarmOptions as SimulatorOptions
+from tests.fakes.relief import hill, terrain, write_relief
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SPEED = 20.0
@@ -116,6 +117,38 @@ async def test_a_script_cannot_leave_the_fence_and_everybody_comes_home_all_the_
     async with simulator(2) as (simulated, links):
         with pytest.raises(MissionError, match=r"vehicle 2 did not reach its place: .*fence"):
             await fly_far_away(links)
+        assert_all_are_home(simulated)
+
+
+async def test_a_script_over_a_hill_does_not_start(tmp_path: Path) -> None:
+    pytest.importorskip("rasterio")
+    ground = write_relief(tmp_path / "ground.tif", hill(15.0, 15.0, 9.0, radius_m=6.0), cell=2.0, origin=DEFAULT_ORIGIN)
+    over_a_hill = replace(options(2), terrain=terrain(ground, floor_above_ground_m=5.0))
+    async with simulator(2) as (simulated, links):
+        with pytest.raises(MissionError, match=r"Search area: at .* the ground rises to (8\.\d|9\.\d) m"):
+            async with open_swarm(links, over_a_hill):
+                pass
+        assert_all_are_home(simulated)
+
+
+@pytest.mark.slow
+async def test_a_script_cannot_fly_into_a_hill_beside_its_area(tmp_path: Path) -> None:
+    pytest.importorskip("rasterio")
+    ground = write_relief(tmp_path / "ground.tif", hill(15.0, 60.0, 30.0, radius_m=8.0), origin=DEFAULT_ORIGIN)
+    beside_a_hill = replace(
+        options(2),
+        terrain=terrain(ground, floor_above_ground_m=5.0),
+        deadlines=replace(options(2).deadlines, transfer_s=40.0),
+    )
+
+    async def fly_into_it(links: list[str]) -> None:
+        async with open_swarm(links, beside_a_hill) as swarm:
+            await swarm.take_off()
+            await swarm.fly_to({2: (15.0, 55.0)})
+
+    async with simulator(2) as (simulated, links):
+        with pytest.raises(MissionError, match=r"vehicle 2 did not reach its place: .* above the ground at"):
+            await fly_into_it(links)
         assert_all_are_home(simulated)
 
 

@@ -18,7 +18,7 @@ from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.planning import terrain as ground_module
 from aos_gcs.planning.check import check_plan
 from aos_gcs.planning.plan import MissionPlan, PlanProblem
-from aos_gcs.planning.settings import MissionSettings
+from aos_gcs.planning.settings import ForestSettings, MissionSettings
 from aos_gcs.planning.terrain import EnuBounds, ground_heights_m, ground_within
 from tests.fakes.relief import ORIGIN, Relief, hill, level, terrain, write_relief
 
@@ -74,6 +74,15 @@ def test_a_hill_below_a_leg_is_refused_with_place_and_amount(checked: Checked) -
 
 def test_the_floor_above_ground_can_be_set(checked: Checked) -> None:
     assert checked(hill(20.0, 60.0, 25.0), floor_above_ground_m=9.0) == []
+
+
+def test_the_floor_above_ground_keeps_clear_of_a_known_canopy(checked: Checked) -> None:
+    """It is never above that on level ground."""
+    forests = {canopy_m: ForestSettings(canopy_height_m=canopy_m, crown_base_m=5.0) for canopy_m in (14.0, 15.0, 33.0)}
+    assert checked(hill(20.0, 60.0, 16.0), replace(PLAN, forest=forests[14.0])) == []
+    for canopy_m, floor_m in ((15.0, 20), (33.0, 30)):
+        (problem,) = checked(hill(20.0, 60.0, 16.0), replace(PLAN, forest=forests[canopy_m]))
+        assert f"below the floor of {floor_m} m above ground" in problem.text
 
 
 def test_a_hill_on_the_way_home_is_refused(checked: Checked) -> None:

@@ -47,6 +47,8 @@ def survey_terrain(
     origin: GeodeticPosition,
     limits: SafetyLimits,
     homes_enu_m: Mapping[int, NDArray[np.float64]],
+    *,
+    scans: bool = True,
 ) -> SurveyedTerrain:
     """Read the ground within the geofence, and compare the flight with it; it takes seconds for large models.
 
@@ -56,10 +58,12 @@ def survey_terrain(
         origin: origin of the local frame.
         limits: limits of the flight so far.
         homes_enu_m: launch points by vehicle, shape (3,) each.
+        scans: whether the swarm's line is flown on legs over the search area; else vehicles fly anywhere within it.
     """
     homes_m = np.array(list(homes_enu_m.values()))
+    floor_m = floor_above_ground_m(terrain, settings.forest, limits.floor_m)
     try:
-        limited = replace(limits, above_ground=ground_limits(terrain, origin, homes_m, limits.floor_m))
+        limited = replace(limits, above_ground=ground_limits(terrain, origin, homes_m, floor_m))
         ground = ground_of_limits(terrain, origin, limited)
     except (ConfigurationError, InputDataError) as error:
         failure = checks.failed(checks.MISSION, checks.TERRAIN, str(error), "correct the elevation model")
@@ -68,13 +72,13 @@ def survey_terrain(
         raise RuntimeError("limits above the ground without ground")
     middle_m = homes_m[:, :2].mean(axis=0)
     plan = replace(plan_of(settings), launch_enu_m=(float(middle_m[0]), float(middle_m[1])), floor_m=limits.floor_m)
-    legs = planned_legs(plan, settings.imaging.plane_height_m)
+    legs = planned_legs(plan, settings.imaging.plane_height_m) if scans else ()
     standing = [(float(home_m[0]), float(home_m[1])) for home_m in homes_m]
     conflicts = flown_conflicts(plan, terrain, LocalFrame(origin), ground, homes_enu_m=standing, legs=legs)
     found = [checks.failed(checks.MISSION, checks.TERRAIN, each.text, _CHANGE) for each in conflicts]
     if (warning := surface_warning(terrain)) is not None:
         found.append(checks.warned(checks.MISSION, checks.TERRAIN, warning, "use a terrain model where there is one"))
-    floor_m, frame = floor_above_ground_m(terrain, limits.floor_m), LocalFrame(origin)
+    frame = LocalFrame(origin)
     clearance = return_clearance(plan, legs, list(homes_m), ground=ground, frame=frame, floor_m=floor_m)
     return SurveyedTerrain(limited, ground, tuple(found), clearance)
 
