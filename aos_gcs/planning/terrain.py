@@ -18,6 +18,8 @@ from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.planning.settings import ForestSettings, TerrainSettings
 
 FloatArray = NDArray[np.float64]
+FileVersions = tuple[tuple[str, int, int], ...]
+"""Path, time of the last change in nanoseconds, and size of files."""
 
 MAX_CELLS = 4_000_000
 """Greatest number of cells of a raster: 32 MB."""
@@ -58,7 +60,6 @@ class EnuBounds:
         return np.stack(np.meshgrid(east_m, north_m), axis=-1).reshape(-1, 2)
 
 
-@lru_cache(maxsize=2)
 def open_model(settings: TerrainSettings) -> ElevationModel:
     """Return the elevation model of a mission.
 
@@ -66,6 +67,17 @@ def open_model(settings: TerrainSettings) -> ElevationModel:
         ConfigurationError: a setting cannot be used, or a library is missing.
         InputDataError: a file cannot be used.
     """
+    return _open_model(settings, _versions(settings))
+
+
+def _versions(settings: TerrainSettings) -> FileVersions:
+    """Return what changes when a file is replaced; one that is gone has no version."""
+    paths = [path for path in map(Path, settings.files) if path.is_file()]
+    return tuple((str(path), path.stat().st_mtime_ns, path.stat().st_size) for path in paths)
+
+
+@lru_cache(maxsize=2)
+def _open_model(settings: TerrainSettings, _versions: FileVersions) -> ElevationModel:
     geoid = find_geoid(None if settings.geoid is None else Path(settings.geoid))
     paths = tuple(map(Path, settings.files))
     return ElevationModel(paths, settings.kind, datum=settings.datum, crs=settings.crs, geoid=geoid)
@@ -82,7 +94,6 @@ def ground_heights_m(settings: TerrainSettings, origin: GeodeticPosition, places
     return open_model(settings).heights_amsl_m(latitudes, longitudes) - origin.altitude_amsl_m - drops_m
 
 
-@lru_cache(maxsize=2)
 def ground_within(settings: TerrainSettings, origin: GeodeticPosition, bounds: EnuBounds) -> GroundRaster:
     """Return the ground within a rectangle, as a raster in memory.
 
@@ -90,6 +101,13 @@ def ground_within(settings: TerrainSettings, origin: GeodeticPosition, bounds: E
         ConfigurationError: a setting cannot be used, or a library is missing.
         InputDataError: a file cannot be used or read.
     """
+    return _ground_within(settings, _versions(settings), origin, bounds)
+
+
+@lru_cache(maxsize=2)
+def _ground_within(
+    settings: TerrainSettings, _versions: FileVersions, origin: GeodeticPosition, bounds: EnuBounds
+) -> GroundRaster:
     model = open_model(settings)
     nodes_m = bounds.nodes(_NODES)
     latitudes, longitudes, drops_m = _level_places(LocalFrame(origin), nodes_m)

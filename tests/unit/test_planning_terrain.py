@@ -85,6 +85,12 @@ def test_the_floor_above_ground_keeps_clear_of_a_known_canopy(checked: Checked) 
         assert f"below the floor of {floor_m} m above ground" in problem.text
 
 
+def test_a_model_that_is_replaced_is_read_again(checked: Checked) -> None:
+    assert checked(level(0.0)) == []
+    (problem,) = checked(hill(20.0, 60.0, 25.0))
+    assert problem.field == "lowest_layer_m"
+
+
 def test_a_hill_on_the_way_home_is_refused(checked: Checked) -> None:
     far = replace(PLAN, return_enu_m=(0.0, -250.0))
     (problem,) = checked(hill(0.0, -150.0, 25.0), far)
