@@ -86,6 +86,31 @@ class GroundRaster:
         lowest_m, highest_m = self.bounds_at(place_enu_m[None, :])
         return float(lowest_m[0] - self.offsets_m[0] + highest_m[0] - self.offsets_m[1]) / 2.0
 
+    def highest_around(self, places_enu_m: FloatArray, reach_m: float) -> FloatArray:
+        """Return the highest known ground near places, shape (n, 2); NaN where none is known.
+
+        Args:
+            places_enu_m: the places.
+            reach_m: distance along east and north up to which ground counts.
+        """
+        corners_m = reach_m * np.array([(0.0, 0.0), (-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)])
+        middle_m = places_enu_m.mean(axis=0)
+        spans = np.abs(np.diff(self.to_cells.at(middle_m + corners_m)[[0, 1, 0, 2], :2], axis=0)[::2]).max(axis=0)
+        half_rows, half_columns = (np.ceil(spans).astype(np.int64) + 1).tolist()
+        known_m = np.where(np.isnan(self.highest_m), -np.inf, self.highest_m).astype(np.float32)
+        padded_m = cv2.copyMakeBorder(
+            known_m, half_rows, half_rows, half_columns, half_columns, cv2.BORDER_CONSTANT, value=-np.inf
+        )
+        highest_m = cv2.dilate(padded_m, np.ones((2 * half_rows + 1, 2 * half_columns + 1), dtype=np.uint8))
+        cells = self.to_cells.at(np.asarray(places_enu_m, dtype=np.float64))
+        rows, columns = self.shape
+        row = np.floor(cells[:, 0]).astype(np.int64) + half_rows
+        column = np.floor(cells[:, 1]).astype(np.int64) + half_columns
+        is_near = (row >= 0) & (row < rows + 2 * half_rows) & (column >= 0) & (column < columns + 2 * half_columns)
+        found_m = highest_m[np.where(is_near, row, 0), np.where(is_near, column, 0)].astype(np.float64)
+        found_m = found_m - cells[:, 2] + self.offsets_m[1]
+        return np.where(is_near & np.isfinite(found_m), found_m, np.nan)
+
     def within(self, outlines_enu_m: Sequence[FloatArray]) -> GroundCells:
         """Return the cells that polygons, shape (k, 2), touch. What lies beyond the raster counts as not known."""
         corners = [self.to_cells.at(np.asarray(outline_m, dtype=np.float64))[:, :2] for outline_m in outlines_enu_m]

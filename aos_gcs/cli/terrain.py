@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from aos_gcs.elevation.datum import VerticalDatum
 from aos_gcs.elevation.report import ElevationReport, Place, report_of
 from aos_gcs.errors import ConfigurationError
+
+if TYPE_CHECKING:
+    from aos_gcs.planning.following import FollowedHeights
+    from aos_gcs.planning.settings import MissionSettings, TerrainSettings
 
 terrain = typer.Typer(no_args_is_help=True)
 
@@ -68,14 +72,27 @@ def check(
     """
     from aos_gcs.elevation.geoid import find_geoid  # noqa: PLC0415 - keeps the other commands' help fast
     from aos_gcs.elevation.model import SURFACE_WARNING, ElevationModel, ModelKind  # noqa: PLC0415
+    from aos_gcs.planning.settings import TerrainSettings  # noqa: PLC0415
 
     if kind not in list(ModelKind):
         raise ConfigurationError(f"--kind must be terrain or surface, got {kind!r}.")
     model = ElevationModel(files, ModelKind(kind), datum=datum, crs=crs, geoid=find_geoid(geoid))
-    area, places = ((), ()) if plan is None else _planned(plan)
+    settings = None if plan is None else _settings(plan)
+    area, places = ((), ()) if settings is None else _planned(settings, f"{plan}")
     report = report_of(model, [*places, *(_place(text) for text in at or ())], area)
     model.close()
-    typer.echo(json.dumps(asdict(report)) if as_json else "\n".join(_lines(report)))
+    followed = None
+    if settings is not None and report.is_complete:
+        named = TerrainSettings(
+            files=tuple(map(str, files)),
+            kind=ModelKind(kind),
+            datum=datum,
+            crs=crs,
+            geoid=None if geoid is None else str(geoid),
+        )
+        followed = _followed(settings, named)
+    found = asdict(report) | {"followed": None if followed is None else asdict(followed)}
+    typer.echo(json.dumps(found) if as_json else "\n".join([*_lines(report), *_followed_lines(followed)]))
     if report.kind is ModelKind.SURFACE:
         typer.echo(SURFACE_WARNING, err=True)
     if not report.is_complete:
@@ -91,21 +108,48 @@ def _place(text: str) -> Place:
     return Place(text, numbers[0], numbers[1])
 
 
-def _planned(path: Path) -> tuple[tuple[tuple[float, float], ...], tuple[Place, ...]]:
-    """Return the search area of a mission, latitudes and longitudes of its corners, and its launch site and corners."""
+def _settings(path: Path) -> MissionSettings:
     from aos_gcs.config.file import read_config  # noqa: PLC0415 - keeps the other commands' help fast
     from aos_gcs.config.settings import mission_settings  # noqa: PLC0415
-    from aos_gcs.geometry.geodesy import LocalFrame  # noqa: PLC0415
 
-    settings = mission_settings(read_config(path))
+    return mission_settings(read_config(path))
+
+
+def _planned(settings: MissionSettings, name: str) -> tuple[tuple[tuple[float, float], ...], tuple[Place, ...]]:
+    """Return the search area of a mission, latitudes and longitudes of its corners, and its launch site and corners."""
+    from aos_gcs.geometry.geodesy import LocalFrame  # noqa: PLC0415 - keeps the other commands' help fast
+
     if settings.origin is None or not settings.area_enu_m:
-        raise ConfigurationError(f"{path}: mission.origin_deg and the search area are needed to know its places.")
+        raise ConfigurationError(f"{name}: mission.origin_deg and the search area are needed to know its places.")
     frame = LocalFrame(settings.origin)
     corners = [frame.to_geodetic((*corner, 0.0)) for corner in settings.area_enu_m]
     named = [("launch site", settings.origin)]
     named += [(f"corner {number}", corner) for number, corner in enumerate(corners, start=1)]
     places = tuple(Place(name, place.latitude_deg, place.longitude_deg) for name, place in named)
     return tuple((corner.latitude_deg, corner.longitude_deg) for corner in corners), places
+
+
+def _followed(settings: MissionSettings, terrain: TerrainSettings) -> FollowedHeights | None:
+    """Return the heights of a mission's layers if they followed the ground, by the limits that it configures."""
+    from aos_gcs.planning.following import followed_heights  # noqa: PLC0415 - keeps the other commands' help fast
+
+    if settings.terrain is not None:
+        terrain = replace(terrain, ceiling_above_ground_m=settings.terrain.ceiling_above_ground_m)
+    return followed_heights(settings, terrain)
+
+
+def _followed_lines(followed: FollowedHeights | None) -> list[str]:
+    if followed is None:
+        return []
+    text = (
+        f"if layers followed the ground (missions fly level ones): above a surface of {followed.lowest_m:.1f} to "
+        f"{followed.highest_m:.1f} m above the launch site, at most {followed.max_slope:.0%} steep, "
+        f"{followed.least_above_ground_m:.1f} to {followed.most_above_ground_m:.1f} m above ground"
+    )
+    if not followed.is_below_ceiling:
+        excess_m = followed.most_above_ground_m - followed.ceiling_m
+        text += f", {excess_m:.1f} m beyond the ceiling of {followed.ceiling_m:g} m at {followed.most_at}"
+    return [text]
 
 
 def _lines(report: ElevationReport) -> list[str]:

@@ -42,12 +42,27 @@ def test_a_terrain_is_described_with_the_heights_of_a_plan(tmp_path: Path, capsy
     assert heights["47.5003,14.2504"] == pytest.approx(float(ground_m(47.5003, 14.2504)), abs=0.1)
     assert report["area"]["unknown"] == 0
     assert report["area"]["highest_m"] - report["area"]["lowest_m"] > 20.0
+    followed = report["followed"]
+    assert followed["max_slope"] == pytest.approx(0.1)
+    assert followed["least_above_ground_m"] >= 35.0
+    assert 39.0 < followed["most_above_ground_m"] < 120.0
     assert check(model, "--kind", "terrain", "--plan", plan) == 0
     captured = capsys.readouterr()
     assert "vertical datum: EGM96 height" in captured.out
     assert "holes: none" in captured.out
     assert "of relief; 0 of" in captured.out
+    assert "at most 10% steep, " in captured.out
+    assert "beyond the ceiling" not in captured.out
     assert captured.err == ""
+
+
+def test_layers_that_cannot_follow_a_gorge_are_told_where(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    heights = np.full((120, 100), 800.0, dtype=np.float32)
+    heights[55:65, 48:52] = 700.0
+    model, plan = write_model(tmp_path / "dtm.tif", "EPSG:32633+5773", heights=heights), tmp_path / "plan.toml"
+    plan.write_text(PLAN.replace("800.0", "700.0"))
+    assert check(model, "--kind", "terrain", "--plan", plan) == 0
+    assert "19.0 m beyond the ceiling of 120 m at 47." in capsys.readouterr().out
 
 
 def test_a_hole_below_the_area_is_told_and_fails(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
