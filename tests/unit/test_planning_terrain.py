@@ -14,6 +14,7 @@ import pytest
 pytest.importorskip("rasterio")
 
 from aos_gcs.elevation.model import ModelKind
+from aos_gcs.errors import InputDataError
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.planning import terrain as ground_module
 from aos_gcs.planning.check import check_plan
@@ -89,6 +90,16 @@ def test_a_model_that_is_replaced_is_read_again(checked: Checked) -> None:
     assert checked(level(0.0)) == []
     (problem,) = checked(hill(20.0, 60.0, 25.0))
     assert problem.field == "lowest_layer_m"
+
+
+def test_ground_that_was_read_outlasts_its_file(tmp_path: Path) -> None:
+    settings = terrain(write_relief(tmp_path / "ground.tif", level(3.0)))
+    ground = ground_within(settings, ORIGIN, BOUNDS)
+    (tmp_path / "ground.tif").unlink()
+    lowest_m, highest_m = ground.bounds_at(np.zeros((1, 2)))
+    assert (lowest_m[0], highest_m[0]) == pytest.approx((3.0, 3.0), abs=0.01)
+    with pytest.raises(InputDataError, match=r"ground\.tif does not exist"):
+        ground_within(settings, ORIGIN, BOUNDS)
 
 
 def test_a_hill_on_the_way_home_is_refused(checked: Checked) -> None:
