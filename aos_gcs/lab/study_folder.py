@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Hashable
-from dataclasses import asdict
+from dataclasses import MISSING, asdict, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -37,7 +37,7 @@ class ResultLines:
                 raise ConfigurationError(f"The folder {path} holds something else; name an empty or a new one.")
             if not settings_file.exists():
                 settings_file.write_text(expected, encoding="utf-8")
-            elif settings_file.read_text(encoding="utf-8") != expected:
+            elif not _has_settings(settings_file.read_text(encoding="utf-8"), settings):
                 raise ConfigurationError(f"The folder {path} holds a study with other settings; name another one.")
             _drop_cut_line(self._lines)
         except OSError as error:
@@ -47,6 +47,15 @@ class ResultLines:
         """Write down a finished result."""
         with self._lines.open("a", encoding="utf-8") as file:
             file.write(json.dumps(asdict(result)) + "\n")
+
+
+def _has_settings(text: str, settings: DataclassInstance) -> bool:
+    """Whether a folder's settings are these; fields that older versions lack have had their defaults."""
+    defaults = {field.name: field.default for field in fields(settings) if field.default is not MISSING}
+    try:
+        return bool({**defaults, **json.loads(text)} == json.loads(json.dumps(asdict(settings))))
+    except (ValueError, TypeError):
+        return False
 
 
 def read_lines(

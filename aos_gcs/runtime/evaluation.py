@@ -45,6 +45,8 @@ class Score:
     """Probability of the claim nearest to a person; None without a claim or temperatures."""
     target_error_m: float | None
     """Horizontal distance of that claim from that person."""
+    target_height_error_m: float | None
+    """Height of that claim above the ground at that person; of one who walks, where it was at first."""
     time_to_detection_s: float | None
     """Time from the start to the first claim."""
     visibility_max: float | None
@@ -88,6 +90,9 @@ def score_mission(snapshot: MissionSnapshot, folder: Path, world_file: Path, rep
         outcome = reader.outcome()
     hits = sum(error_m <= HERE_M for error_m in errors_m)
     nearest = min(zip(errors_m, claims, strict=True), key=lambda pair: pair[0], default=None)
+    height_error_m = None
+    if nearest is not None and persons.exist:
+        height_error_m = persons.height_above_m(nearest[1].position_enu_m, times_utc_s.get(nearest[1].step))
     found_at_s = None if outcome is None else outcome.summary.get("time_to_detection_s")
     return Score(
         found=hits > 0,
@@ -95,7 +100,8 @@ def score_mission(snapshot: MissionSnapshot, folder: Path, world_file: Path, rep
         claims=len(claims),
         false_claims=len(claims) - hits,
         person_probability=None if nearest is None else nearest[1].person_confidence,
-        target_error_m=None if nearest is None or not math.isfinite(nearest[0]) else nearest[0],
+        target_error_m=None if nearest is None or not persons.exist else nearest[0],
+        target_height_error_m=height_error_m,
         time_to_detection_s=found_at_s if isinstance(found_at_s, float) else None,
         visibility_max=max(visibilities, default=None),
         visibility_final=visibilities[-1] if visibilities else None,
@@ -116,6 +122,11 @@ class _Persons:
         self._targets: list[dict[str, Any]] = world["targets"]
         self._start_utc_s = float(world.get("start_utc_s", 0.0))
 
+    @property
+    def exist(self) -> bool:
+        """Whether there is one."""
+        return bool(self._targets)
+
     def distance_m(self, position_enu_m: Sequence[float], utc_s: float | None) -> float:
         """Return the horizontal distance from the nearest person at a time; infinite where there is none.
 
@@ -123,10 +134,18 @@ class _Persons:
             position_enu_m: a place in the mission's frame.
             utc_s: time by the simulation's clock; None: when the world began.
         """
+        return float(np.linalg.norm(self._offsets_m(position_enu_m, utc_s)[:, :2], axis=1).min(initial=math.inf))
+
+    def height_above_m(self, position_enu_m: Sequence[float], utc_s: float | None) -> float:
+        """Return the height of a place above the nearest person's; there is one at least. Arguments as above."""
+        offsets_m = self._offsets_m(position_enu_m, utc_s)
+        return float(offsets_m[np.argmin(np.linalg.norm(offsets_m[:, :2], axis=1)), 2])
+
+    def _offsets_m(self, position_enu_m: Sequence[float], utc_s: float | None) -> NDArray[np.float64]:
+        """Return where a place lies as seen from each person, shape (persons, 3)."""
         at_s = 0.0 if utc_s is None else utc_s - self._start_utc_s
-        places = [self._place_enu_m(target, at_s)[:2] for target in self._targets]
-        offsets_m = np.array(places).reshape(-1, 2) - np.array(position_enu_m[:2])
-        return float(np.linalg.norm(offsets_m, axis=1).min(initial=math.inf))
+        places = [self._place_enu_m(target, at_s) for target in self._targets]
+        return np.asarray(np.array(position_enu_m) - np.array(places).reshape(-1, 3))
 
     def _place_enu_m(self, target: Mapping[str, Any], at_s: float) -> NDArray[np.float64]:
         place_enu_m = np.array(target["position_enu_m"], dtype=np.float64)

@@ -29,6 +29,7 @@ def fly_mission(settings: MissionsSettings, key: MissionKey) -> MissionResult:
             conditions=key.conditions,
             side_m=settings.side_m,
             image_size_px=settings.image_size_px,
+            terrain=settings.terrain,
         )
     )
     begin_s = time.process_time()
@@ -62,6 +63,7 @@ def judge(key: MissionKey, flight: Flight, mission: FlownMission, processor_s: f
         duration_s=snapshot.elapsed_s,
         steps=len(mission.steps),
         processor_s=processor_s,
+        min_height_above_ground_m=flight.min_height_above_ground_m,
     )
 
 

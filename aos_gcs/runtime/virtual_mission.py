@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from aos_gcs.clock import LoopClock
 from aos_gcs.imaging.step.settings import ImagingSettings
@@ -18,7 +18,7 @@ from aos_gcs.mission.model.phase import OutcomeRecord
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.steps import Picture, StepRecord
 from aos_gcs.mission.model.vehicles import SettingsRecord
-from aos_gcs.planning.settings import MissionSettings, PreflightSettings
+from aos_gcs.planning.settings import FlightSettings, MissionSettings, PreflightSettings
 from aos_gcs.ports import Capture
 from aos_gcs.runtime.virtual_time import InlineWorker, run
 
@@ -80,12 +80,15 @@ class FlownMission:
 def mission_settings(flight: Flight, vehicles: int, strategy: str, seed: int) -> MissionSettings:
     """Return the settings of an unattended search of a simulated area; what is not named is as in every mission.
 
+    Layers count from the origin: over relief they are as much higher as the area's highest ground.
+
     Args:
         flight: the world.
         vehicles: number of vehicles.
         strategy: name of the swarm's strategy.
         seed: of the strategy's draws.
     """
+    usual = FlightSettings()
     return MissionSettings(
         vehicles=vehicles,
         any_vehicles=True,
@@ -94,6 +97,7 @@ def mission_settings(flight: Flight, vehicles: int, strategy: str, seed: int) ->
         origin=flight.origin,
         strategy=strategy,
         seed=seed,
+        flight=replace(usual, lowest_layer_m=usual.lowest_layer_m + flight.highest_ground_m),
         preflight=PreflightSettings(upload_fence=True),
         auto_start=True,
         auto_return=True,

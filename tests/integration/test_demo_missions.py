@@ -22,6 +22,7 @@ KEYS = {
     "false_claims",
     "person_probability",
     "target_error_m",
+    "target_height_error_m",
     "time_to_detection_s",
     "visibility_max",
     "visibility_final",

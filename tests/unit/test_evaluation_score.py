@@ -154,6 +154,7 @@ async def test_a_found_person_is_measured_against_the_truth(tmp_path: Path, pers
     assert score.person_found
     assert (score.claims, score.false_claims, score.person_probability) == (1, 0, 0.8)
     assert score.target_error_m == pytest.approx(0.6)
+    assert score.target_height_error_m == pytest.approx(0.0, abs=1e-6)
     assert score.time_to_detection_s == 70.5
     assert score.visibility_max == pytest.approx(0.75, abs=1e-3)
     assert score.visibility_final == pytest.approx(0.25, abs=1e-3)
@@ -208,6 +209,16 @@ async def test_a_mission_without_steps_has_nothing_to_measure(tmp_path: Path, pe
     score = recorded.score(replace(snapshot(None, (Task.LOST,), Outcome.FAILED), step=0))
     assert (score.visibility_max, score.visibility_final, score.time_to_detection_s) == (None, None, None)
     assert (score.steps, score.landed) == (0, 0)
+
+
+async def test_a_claim_on_a_hillside_is_judged_by_its_place_and_its_height(
+    tmp_path: Path, person_enu_m: np.ndarray
+) -> None:
+    recorded = await record(tmp_path, person_enu_m, (0.5, 0.5), [beside(person_enu_m, 0.0)] * 2)
+    recorded.person_enu_m = person_enu_m + np.array([0.0, 0.0, 7.0])
+    score = recorded.score(snapshot(beside(person_enu_m, 0.5), (Task.LANDED,), Outcome.FOUND))
+    assert score.target_error_m == pytest.approx(0.5, abs=1e-3)
+    assert score.target_height_error_m == pytest.approx(-7.0, abs=1e-3)
 
 
 async def test_mission_and_world_may_have_origins_of_their_own(tmp_path: Path, person_enu_m: np.ndarray) -> None:

@@ -53,6 +53,23 @@ def test_a_vertical_camera_sees_a_person_on_a_slope_where_projection_says(offset
     assert [rows.min(), rows.max()] == pytest.approx([places[:, 1].min(), places[:, 1].max()], abs=2.0)
 
 
+@pytest.mark.parametrize("seed", range(1, 6))
+def test_a_person_seen_once_on_a_slope_is_located_on_the_terrain_and_missed_on_a_level_plane(seed: int) -> None:
+    scene = build_scene(SceneParameters(seed=seed, trees_per_ha=0, side_m=60.0, terrain="slope:20"))
+    place_enu_m = scene.persons[0].position_enu_m
+    pose = nadir_pose(np.array([place_enu_m[0] + 9.0, place_enu_m[1] - 7.0, 47.0]))
+    rows, columns = np.nonzero(Renderer(scene).person_masks(pose, CAMERA).visible)
+    u, v = columns.mean(), rows.mean()
+    sight = pose.R_cam2enu @ [(u - CAMERA.cx_px) / CAMERA.fx_px, (v - CAMERA.cy_px) / CAMERA.fy_px, 1.0]
+    assert scene.relief is not None
+    on_plane, on_terrain = (
+        pose.position_enu_m + reach * sight
+        for reach in (-pose.position_enu_m[2] / sight[2], scene.relief.reach(pose.position_enu_m, sight))
+    )
+    assert np.linalg.norm((on_plane - place_enu_m)[:2]) > 0.9
+    assert np.linalg.norm((on_terrain - place_enu_m)[:2]) < 0.5
+
+
 @pytest.mark.parametrize("terrain", ["slope:20", "slope:-35", "hills"])
 def test_rays_meet_the_ground_where_it_is(terrain: str) -> None:
     relief = make_relief(terrain, 5, (-50.0, -20.0, 50.0, 108.0), level_north_m=8.0, origin=None)

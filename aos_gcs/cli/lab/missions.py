@@ -46,6 +46,13 @@ def missions(
     vehicles: Annotated[int, typer.Option(help="Number of drones.")] = 10,
     side: Annotated[float, typer.Option(metavar="M", help="Side of the search area, a square forest.")] = 60.0,
     image_size: Annotated[int, typer.Option(metavar="PX", help="Edge of the square images.")] = 512,
+    terrain: Annotated[
+        str,
+        typer.Option(
+            help="Shape of the ground: flat, hills or slope:PERCENT, rising to the north from the launch site on. "
+            "Layers are as much higher as the highest ground of the area; the focal plane stays level."
+        ),
+    ] = "flat",
     jobs: Annotated[int, typer.Option(help="Number of processes on this machine.")] = 1,
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Address of a Dask scheduler, such as tcp://10.0.0.1:8786.")
@@ -77,7 +84,7 @@ def missions(
         with_person=with_person,
         without_person=without_person,
     )
-    settings = MissionsSettings(strategy, vehicles, side, image_size, version("aos-gcs"))
+    settings = MissionsSettings(strategy, vehicles, side, image_size, version("aos-gcs"), terrain)
     # Before hours of work: a document that cannot be renewed, or a reference that does not fit, is refused at once.
     frame = None if document is None else missions_frame(document)
     rival = None if reference is None else reference_missions(reference, settings)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from itertools import product
 
 from aos_gcs.errors import ConfigurationError
+from aos_gcs.lab.flights import LEVEL_GROUND
 
 HERE_M = 3.0
 """A claim farther from every person than this is a false one."""
@@ -27,6 +28,8 @@ class MissionsSettings:
     image_size_px: int = 512
     version: str = ""
     """Version of the program: results of another one belong to another study."""
+    terrain: str = LEVEL_GROUND
+    """Shape of the ground, in the simulator's words."""
 
     def __post_init__(self) -> None:
         for name, low, high in (("vehicles", 2, 100), ("side_m", 20, 300), ("image_size_px", 64, 4096)):
@@ -82,6 +85,8 @@ class MissionResult:
     steps: int
     processor_s: float
     """Processor time of the flight, without its forest."""
+    min_height_above_ground_m: float | None = None
+    """Smallest true height of a vehicle above a relief, away from its launch point; None on level ground."""
 
 
 def mission_keys(

@@ -186,7 +186,8 @@ def write_document(
     flown = sum(one.with_person + one.without_person for one in groups)
     body = (
         f"n = {flown} missions of {settings.vehicles} vehicles with {settings.strategy} over "
-        f"{settings.side_m:g} x {settings.side_m:g} m, images of {settings.image_size_px} x {settings.image_size_px} "
+        f"{settings.side_m:g} x {settings.side_m:g} m ({settings.terrain}), images of "
+        f"{settings.image_size_px} x {settings.image_size_px} "
         f"pixels. In brackets: intervals of {100 * CONFIDENCE:.0f} % (shares by Wilson, rates by Poisson, the others "
         f"by bootstrap; none below {_MIN_FOR_INTERVAL} values).\n\n{tables.rstrip()}"
     )
