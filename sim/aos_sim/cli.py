@@ -14,7 +14,8 @@ from aos_gcs.errors import ConfigurationError
 from aos_sim.errors.model import error_model
 from aos_sim.report import write_report
 from aos_sim.swarm import SimulatedSwarm, SwarmOptions
-from aos_sim.world.scene import build_scene
+from aos_sim.world.scene import Scene, build_scene
+from aos_sim.world.terrain_file import write_geotiff
 from aos_sim.world_file import World, scene_parameters, write_world_file
 from aos_sim.world_options import (
     Animals,
@@ -87,6 +88,12 @@ def sim(
     walking_speed: WalkingSpeed = 0.0,
     conditions: ConditionsOption = "cool",
     terrain: TerrainOption = "flat",
+    terrain_file: Annotated[
+        Path | None,
+        typer.Option(
+            help="Write the ground of --terrain here as a GeoTIFF, for [terrain] of a service that flies over it."
+        ),
+    ] = None,
     image_size: ImageSize = 512,
     fov: FieldOfView = 50.0,
     wind: WindSpeed = None,
@@ -156,8 +163,16 @@ def sim(
         ),
         options.origin,
     )
+    if terrain_file is not None:
+        _write_terrain(terrain_file, scene, options)
     swarm = SimulatedSwarm(options, image_source(scene, model, no_render), scene.relief)
     asyncio.run(_simulate(swarm, world_of(scene), _Files(world_file, report_file), exit_with_parent))
+
+
+def _write_terrain(path: Path, scene: Scene, options: SwarmOptions) -> None:
+    if scene.relief is None:
+        raise ConfigurationError("--terrain-file needs ground that is not level: give --terrain, too.")
+    write_geotiff(path, scene.relief, options.origin)
 
 
 async def _simulate(swarm: SimulatedSwarm, world: World, files: _Files, exit_with_parent: bool) -> None:

@@ -10,11 +10,13 @@ import pytest
 
 from aos_gcs.cli import main
 from aos_gcs.errors import ConfigurationError
+from aos_gcs.geometry.geodesy import LocalFrame
 from aos_sim.world.mesh import Material
 from aos_sim.world.person import Posture
 from aos_sim.world.relief import Relief
 from aos_sim.world.scene import Scene, SceneParameters, build_scene
 from aos_sim.world.terrain import HILLS_RELIEF_M, make_relief
+from aos_sim.world.terrain_file import write_geotiff
 from aos_sim.world_file import read_world_file, write_world_file
 from aos_sim.world_options import world_of
 from tests.fakes.relief import ORIGIN, hill, write_relief
@@ -191,6 +193,25 @@ class TestFiles:
         with pytest.raises(ConfigurationError, match="give --origin"):
             build_scene(self.parameters(path))
 
+    def test_a_ground_that_was_written_is_the_same_to_a_service_and_to_a_simulator(self, tmp_path: Path) -> None:
+        from aos_gcs.elevation.model import ElevationModel, ModelKind  # noqa: PLC0415 - needs the extra
+
+        path, relief = tmp_path / "hills.tif", hills(5)
+        write_geotiff(path, relief, ORIGIN)
+        model, frame = ElevationModel([path], ModelKind.TERRAIN), LocalFrame(ORIGIN)
+        east, north = np.random.default_rng(2).uniform((-110, -110), (110, 140), (40, 2)).T
+        up = relief.height_m(east, north)
+        places = [frame.to_geodetic(point) for point in np.column_stack([east, north, up])]
+        amsl_m = model.heights_amsl_m([p.latitude_deg for p in places], [p.longitude_deg for p in places])
+        np.testing.assert_allclose(amsl_m, [place.altitude_amsl_m for place in places], atol=0.05)
+        again = make_relief(str(path), 0, BOX, level_north_m=8.0, origin=ORIGIN)
+        assert again is not None
+        np.testing.assert_allclose(again.height_m(east, north), up, atol=0.02)
+
+    def test_a_file_that_cannot_be_written_is_named(self, tmp_path: Path) -> None:
+        with pytest.raises(ConfigurationError, match=r"--terrain-file .*hills\.tif cannot be written"):
+            write_geotiff(tmp_path / "none" / "hills.tif", hills(5), ORIGIN)
+
     def test_a_file_without_coordinate_system_or_none_at_all_is_refused(self, tmp_path: Path) -> None:
         plain = tmp_path / "plain.asc"
         plain.write_text("ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 1\n1 2\n3 4\n", encoding="ascii")
@@ -205,6 +226,7 @@ class TestFiles:
     [
         (["sim", "--terrain", "slope:steep"], "--terrain slope:PERCENT needs a number"),
         (["sim", "--terrain", "gone.tif"], "gone.tif does not exist"),
+        (["sim", "--trees-per-ha", "0", "--terrain-file", "t.tif"], "--terrain-file needs ground that is not level"),
         (["sim-camera", "--link", "udpin://127.0.0.1:14540", "--terrain", "gone.tif"], "give --origin"),
     ],
 )

@@ -141,8 +141,7 @@ def _from_file(path: Path, box_enu_m: Box, origin: GeodeticPosition | None) -> R
     west_m, south_m, east, north = _raster(box_enu_m, FILE_SURROUNDINGS_M)
     try:
         pyproj: Any = load_extra("pyproj", "geo", "--terrain with a file")
-        local = f"+proj=tmerc +lat_0={origin.latitude_deg!r} +lon_0={origin.longitude_deg!r} +ellps=WGS84 +units=m"
-        to_degrees = pyproj.Transformer.from_crs(local, "EPSG:4326", always_xy=True)
+        to_degrees = pyproj.Transformer.from_crs(local_projection(origin), "EPSG:4326", always_xy=True)
         longitude, latitude = (axis.reshape(east.shape) for axis in to_degrees.transform(east.ravel(), north.ravel()))
         amsl_m, at_origin_m, bounds_deg = _read(path, latitude, longitude, origin)
     except AosError as error:
@@ -168,8 +167,7 @@ def _from_file(path: Path, box_enu_m: Box, origin: GeodeticPosition | None) -> R
             f"--terrain {path} lies {at_origin_m:.1f} m above sea level at the origin, not "
             f"{origin.altitude_amsl_m:g}: give --origin that altitude."
         )
-    # The earth curves away below the plane of east and north.
-    heights_m = amsl_m - at_origin_m - (east**2 + north**2) / (2 * _EARTH_RADIUS_M)
+    heights_m = amsl_m - at_origin_m - drop_of_earth_m(east, north)
     return Relief(heights_m, west_m, south_m, CELL_M)
 
 
@@ -199,6 +197,17 @@ def _read(
         return heights_m, at_origin_m, model.bounds_deg()
     finally:
         model.close()
+
+
+def local_projection(origin: GeodeticPosition) -> str:
+    """Return the projection, in PROJ's words, whose axes are east and north of the origin within millimetres."""
+    place = f"+lat_0={origin.latitude_deg!r} +lon_0={origin.longitude_deg!r}"
+    return f"+proj=tmerc {place} +k=1 +x_0=0 +y_0=0 +datum=WGS84 +units=m +type=crs"
+
+
+def drop_of_earth_m(east_m: NDArray[np.float64], north_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return how far the earth curves away below the plane of east and north."""
+    return np.asarray((east_m**2 + north_m**2) / (2 * _EARTH_RADIUS_M))
 
 
 def _text_deg(latitude_deg: float, longitude_deg: float) -> str:
