@@ -1,0 +1,46 @@
+"""Which tests one worker runs one after another, and which units run beside each other."""
+
+import pytest
+
+from tests import schedule
+
+DEMO = "tests/integration/test_demo_faults.py"
+THREADED = "tests/contract/test_drivers.py [mavsdk]"
+COMPUTED = "tests/integration/test_mission_flow.py"
+
+
+@pytest.mark.parametrize(
+    ("nodeid", "unit"),
+    [
+        ("tests/browser/test_browser_plan.py::test_a[x]", schedule.BROWSER),
+        ("tests/integration/test_demo_faults.py::test_a", DEMO),
+        ("tests/contract/test_drivers.py::test_a[mavsdk-px4]", THREADED),
+        ("tests/contract/test_drivers.py::test_a[Goto-mavsdk]", THREADED),
+        ("tests/contract/test_drivers.py::test_a[mavlink-px4]", "tests/contract/test_drivers.py"),
+        ("tests/contract/test_drivers.py::test_mavsdk_is_named", "tests/contract/test_drivers.py"),
+        ("tests/unit/test_mavsdk_wire.py::test_a[mavsdk]", "tests/unit/test_mavsdk_wire.py"),
+    ],
+)
+def test_a_unit_is_a_module_but_for_the_browser_and_for_cases_with_threads(nodeid: str, unit: str) -> None:
+    assert schedule.unit_of(nodeid) == unit
+
+
+@pytest.mark.parametrize(
+    ("units", "others", "chosen"),
+    [
+        ([schedule.BROWSER, DEMO, COMPUTED], [], schedule.BROWSER),
+        ([DEMO, THREADED, COMPUTED], [schedule.BROWSER], DEMO),
+        ([THREADED, COMPUTED], [schedule.BROWSER, DEMO], COMPUTED),
+        ([COMPUTED, THREADED], [schedule.BROWSER], THREADED),
+        ([COMPUTED], [], COMPUTED),
+        ([THREADED], [DEMO], THREADED),
+    ],
+)
+def test_one_worker_waits_while_the_others_compute(units: list[str], others: list[str], chosen: str) -> None:
+    assert schedule.next_unit(units, others) == chosen
+
+
+def test_all_beginnings_of_units_name_tests(request: pytest.FixtureRequest) -> None:
+    root = request.config.rootpath
+    for beginning in schedule.FIRST:
+        assert list(root.glob(beginning.partition(" ")[0] + "*")), beginning
