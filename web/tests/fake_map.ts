@@ -10,13 +10,23 @@ export class FakeMap {
   readonly sources = new Map<string, { data: FeatureCollection; changes: number }>();
   readonly layers: string[] = [];
   readonly filters = new Map<string, unknown>();
+  /** What has been set of layers, in order. */
+  readonly properties: string[] = [];
+  /** Addresses of the images that have been shown, in order. */
+  readonly images: string[] = [];
 
-  addSource(id: string, { data }: { data: FeatureCollection }): void {
+  addSource(id: string, { data, url }: { data: FeatureCollection; url?: string }): void {
     this.sources.set(id, { data, changes: 0 });
+    if (url !== undefined) this.images.push(url);
   }
   getSource(id: string) {
     const source = this.sources.get(id);
-    return source && { setData: (data: FeatureCollection) => this.set(id, data) };
+    return (
+      source && {
+        setData: (data: FeatureCollection) => this.set(id, data),
+        updateImage: ({ url }: { url: string }) => this.images.push(url),
+      }
+    );
   }
   removeSource(id: string): void {
     this.sources.delete(id);
@@ -25,8 +35,17 @@ export class FakeMap {
     this.layers.push(id);
     this.filters.set(id, filter);
   }
+  getLayer(id: string): string | undefined {
+    return this.layers.find((layer) => layer === id);
+  }
   removeLayer(id: string): void {
     this.layers.splice(this.layers.indexOf(id), 1);
+  }
+  setLayoutProperty(_id: string, name: string, value: unknown): void {
+    this.properties.push(`${name}: ${String(value)}`);
+  }
+  setPaintProperty(id: string, name: string, value: unknown): void {
+    this.setLayoutProperty(id, name, value);
   }
   on() {
     return { unsubscribe: () => undefined };

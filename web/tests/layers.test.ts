@@ -3,6 +3,7 @@ import { areaLayer } from "../src/map/layers/area";
 import { gridLayer } from "../src/map/layers/grid";
 import { homesLayer } from "../src/map/layers/homes";
 import { heightsLayer } from "../src/map/layers/heights";
+import { pictureLayer } from "../src/map/layers/picture";
 import { targetsLayer } from "../src/map/layers/targets";
 import { trailsLayer } from "../src/map/layers/trails";
 import { vehiclesLayer } from "../src/map/layers/vehicles";
@@ -29,7 +30,7 @@ test("data goes to the map only when its own part of the scene has changed, and 
   const layer = map.attach(trailsLayer);
   const changes = (): number | undefined => map.sources.get("trails")?.changes;
   const flown = { ...INITIAL_STATE, trails: new Map([[1, [[0, 0] as const, [5, 0] as const]]]) };
-  const flownOn = { ...flown, trails: new Map(flown.trails) };
+  const flownOn = { ...flown, trails: new Map([[1, [[0, 0] as const, [5, 0] as const, [6, 0] as const]]]) };
   layer.update(scene({ state: flown }));
   vi.advanceTimersByTime(5000);
   layer.update(scene({ state: { ...flown, steps: [step(1)] }, snapshotAge_s: 3 }));
@@ -40,6 +41,61 @@ test("data goes to the map only when its own part of the scene has changed, and 
   vi.advanceTimersByTime(5000);
   layer.update(scene({ state: flown }));
   expect(changes()).toBe(3);
+});
+
+test("the map is not drawn again for vehicles that are where they were", () => {
+  const map = new FakeMap();
+  const layer = map.attach(vehiclesLayer(() => undefined));
+  const changes = (): number | undefined => map.sources.get("vehicles")?.changes;
+  const at = (east_m: number, snapshotAge_s: number) =>
+    scene({ mission: mission({ vehicles: [vehicle(1, { position: position(east_m, 0) })] }), snapshotAge_s });
+  layer.update(at(3, 0));
+  layer.update(at(3, 0.1));
+  layer.update(at(3, 1.1));
+  expect(changes()).toBe(1);
+  layer.update(at(4, 0));
+  expect(changes()).toBe(2);
+  layer.update(at(4, 60)); // paler, because it is outdated
+  expect(changes()).toBe(3);
+});
+
+const CORNERS = square(9).map((corner) => ({ ...corner, latitude_deg: 48, longitude_deg: 14 }));
+const withPicture = (url: string) => ({
+  ...INITIAL_STATE,
+  pictures: { thermal: { kind: "thermal" as const, step: 1, url, corners: CORNERS } },
+});
+const shownWith = (opacity: number, url = "a.png") =>
+  scene({ state: withPicture(url), overlay: { kind: "thermal", opacity } });
+
+test("the map is not drawn again for a picture that stays", () => {
+  const map = new FakeMap();
+  const layer = map.attach(pictureLayer);
+  const hidden = scene({ state: withPicture("a.png") });
+  layer.update(hidden);
+  expect(map.properties).toEqual([]);
+  layer.update(shownWith(0.5));
+  layer.update(shownWith(0.5));
+  expect(map.properties).toEqual(["visibility: visible", "raster-opacity: 0.5"]);
+  layer.update(shownWith(0.7));
+  layer.update(hidden);
+  layer.update(hidden);
+  expect(map.properties.slice(2)).toEqual(["raster-opacity: 0.7", "visibility: none"]);
+  expect(map.images).toEqual(["a.png"]);
+});
+
+test("a picture that was replaced while it was hidden is the new one when it is shown again", () => {
+  const map = new FakeMap();
+  const layer = map.attach(pictureLayer);
+  layer.update(shownWith(0.5));
+  layer.update(scene({ state: withPicture("b.png") }));
+  layer.update(shownWith(0.5, "b.png"));
+  expect(map.images).toEqual(["a.png", "b.png"]);
+  expect(map.properties.slice(2)).toEqual(["visibility: none", "visibility: visible"]);
+  layer.remove();
+  expect([...map.layers, ...map.sources.keys()]).toEqual([]);
+  map.attach(pictureLayer).update(shownWith(0.5, "b.png"));
+  expect(map.images.at(-1)).toBe("b.png");
+  expect(map.properties.slice(4)).toEqual(["visibility: visible", "raster-opacity: 0.5"]);
 });
 
 test("a layer that is removed leaves nothing behind", () => {

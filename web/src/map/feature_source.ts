@@ -7,7 +7,7 @@ export const LAYER_PROPERTY = "layer";
 
 /** Features of one layer in a source. */
 export interface SourcePart {
-  /** Replace the features. */
+  /** Replace the features; nothing is drawn again when they are what they were. */
   set(features: readonly Feature[]): void;
   /** Remove the features, and the source with its last part; to be called when no layer uses them any more. */
   leave(): void;
@@ -30,8 +30,13 @@ export function joinSource(map: MapLibreMap, sourceId: string, layerId: string):
   if (parts.size === 0) map.addSource(sourceId, { type: "geojson", data: collection([]) });
   sources.set(sourceId, parts);
   parts.set(layerId, []);
+  let shown = JSON.stringify([]);
   return {
     set(features) {
+      // Comparing them takes far less than another frame of the whole map.
+      const wanted = JSON.stringify(features);
+      if (wanted === shown) return;
+      shown = wanted;
       parts.set(
         layerId,
         features.map((one) => marked(one, layerId)),

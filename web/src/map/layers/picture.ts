@@ -20,6 +20,8 @@ export const pictureLayer: MapLayer = {
 
 class AttachedPicture implements AttachedLayer {
   private url = "";
+  private isVisible = false;
+  private opacity = NaN;
 
   constructor(private readonly map: MapLibreMap) {}
 
@@ -27,18 +29,31 @@ class AttachedPicture implements AttachedLayer {
     const picture = overlay === null ? undefined : state.pictures[overlay.kind];
     const corners = picture && cornersOf(picture.corners);
     if (overlay === null || picture === undefined || !corners) {
-      if (this.map.getLayer(PICTURE)) this.map.setLayoutProperty(PICTURE, "visibility", "none");
+      this.setVisible(false);
       return;
     }
     this.show(picture, corners);
-    this.map.setLayoutProperty(PICTURE, "visibility", "visible");
-    this.map.setPaintProperty(PICTURE, "raster-opacity", overlay.opacity);
+    this.setVisible(true);
+    this.setOpacity(overlay.opacity);
   }
 
   remove(): void {
     if (this.map.getLayer(PICTURE)) this.map.removeLayer(PICTURE);
     if (this.map.getSource(PICTURE)) this.map.removeSource(PICTURE);
     this.map.removeLayer(SLOT);
+  }
+
+  /** MapLibre draws the map anew whenever a property is set, also to the value that it has. */
+  private setVisible(isVisible: boolean): void {
+    if (isVisible === this.isVisible) return;
+    this.isVisible = isVisible;
+    this.map.setLayoutProperty(PICTURE, "visibility", isVisible ? "visible" : "none");
+  }
+
+  private setOpacity(opacity: number): void {
+    if (opacity === this.opacity) return;
+    this.opacity = opacity;
+    this.map.setPaintProperty(PICTURE, "raster-opacity", opacity);
   }
 
   private show(picture: Picture, coordinates: Corners): void {
