@@ -31,6 +31,8 @@ class WaypointRecord:
     reason: str
     is_unfit: bool = False
     """Whether the vehicle is held for its own state, such as an old link or a low battery: nothing bars its path."""
+    heading_rad: float | None = None
+    """Heading that it is to turn to, clockwise from north; None: its autopilot's own rule."""
 
     @property
     def is_barred(self) -> bool:

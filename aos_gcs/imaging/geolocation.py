@@ -11,7 +11,9 @@ r = x - C from the camera to the point and its oblique projection P = I - r e_z^
 
     dx = P dC - P [r]_x dphi + |r_z| P (R K^-1 dp) / d_z' + (r / r_z) dh
 
-for errors of position, orientation (a small rotation about ENU axes), pixel and height of the plane.
+for errors of position, orientation (a small rotation about ENU axes), pixel and height of the plane. What stays of an
+error of orientation stays in the camera's axes, as that of a mount does: it points elsewhere once the vehicle has
+turned, and views of opposite headings tell it.
 """
 
 from __future__ import annotations
@@ -42,8 +44,9 @@ class Uncertainty:
     """Error of a camera's position at exposure, along each axis; about 0.02 with RTK."""
     position_vertical_m: float = 1.0
     attitude_rad: float = math.radians(1.0)
-    """Error of the tilt of a camera about any horizontal axis."""
+    """Error of the tilt of a camera about either axis of its image."""
     yaw_rad: float = math.radians(3.0)
+    """Error of its rotation about its optical axis."""
     clock_s: float = 0.03
     """Error of the time of exposure, for frames that do not tell their own; matters for cameras that move."""
     persistent_share: float = 0.8
@@ -216,7 +219,9 @@ def _noise_m2(
         + [uncertainty.attitude_rad] * 2
         + [uncertainty.yaw_rad]
     )
-    scaled = np.vstack([pose_jacobian(ray_m) * pose_sigmas for ray_m in rays_m])
+    scaled = np.vstack(
+        [pose_jacobian(ray_m) @ _in_camera(view.pose) * pose_sigmas for view, ray_m in zip(views, rays_m, strict=True)]
+    )
     pose_m2 = scaled @ scaled.T
     frame_of_view = _frames(views, target_of_view)
     # What one frame shows of two targets is displaced together.
@@ -231,6 +236,13 @@ def _noise_m2(
     vehicle_ids = np.array([view.vehicle_id for view in views])
     same_vehicle = vehicle_ids[:, np.newaxis] == vehicle_ids
     return white_m2, _per_axis(same_vehicle) * uncertainty.persistent_share * pose_m2
+
+
+def _in_camera(pose: Pose) -> NDArray[np.float64]:
+    """Return what takes errors of a position in ENU and a rotation about the camera's axes to ENU, shape (6, 6)."""
+    to_enu = np.eye(6)
+    to_enu[3:, 3:] = pose.R_cam2enu
+    return to_enu
 
 
 def _frames(views: Sequence[BlobView], target_of_view: NDArray[np.intp]) -> NDArray[np.intp]:

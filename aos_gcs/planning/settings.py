@@ -54,6 +54,9 @@ class FlightSettings(_Positive):
     """Distance to the waypoint at which a vehicle has arrived, if it is slow enough."""
     arrival_speed_mps: float = 0.5
     """Speed below which a vehicle has arrived, so that frames are not blurred and poses not late."""
+    reverse_heading: bool = True
+    """Whether vehicles turn round from step to step: the constant tilt of a camera then displaces a target to opposite
+    sides, which tells the tilt."""
 
     def __post_init__(self) -> None:
         _Positive.__post_init__(self)

@@ -30,6 +30,8 @@ class Goto:
 
     position: GeodeticPosition
     speed_mps: float
+    heading_rad: float | None = None
+    """Heading to turn to, clockwise from north; None: the autopilot's own rule. Nothing proves that it has turned."""
 
 
 @dataclass(frozen=True, slots=True)

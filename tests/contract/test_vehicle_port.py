@@ -87,6 +87,22 @@ async def test_hold_stops_a_vehicle_on_its_way(implementation: str, autopilot: s
         assert stopped_at_m[1] < 100.0
 
 
+@pairs()
+async def test_a_goto_turns_the_vehicle_to_its_heading(implementation: str, autopilot: str) -> None:
+    async with open_bench(implementation, autopilot, vehicles=1) as bench:
+        await bench.all_ready()
+        vehicle = await bench.fly(1)
+        for heading_rad in (math.pi, 0.0):
+            await vehicle.execute(Goto(bench.frame.to_geodetic((0.0, 5.0, 10.0)), 5.0, heading_rad), bench.after(30.0))
+            await bench.until(lambda wanted=heading_rad: _off_rad(vehicle.state.heading_rad, wanted) < 0.1)
+        with pytest.raises(CommandRefusedError, match="heading"):
+            await vehicle.execute(Goto(bench.frame.to_geodetic((0.0, 5.0, 10.0)), 5.0, math.nan), bench.after(5.0))
+
+
+def _off_rad(heading_rad: float | None, wanted_rad: float) -> float:
+    return math.inf if heading_rad is None else abs(math.remainder(heading_rad - wanted_rad, math.tau))
+
+
 @each_implementation
 async def test_a_command_reaches_its_vehicle_and_no_other(implementation: str) -> None:
     async with open_bench(implementation) as bench:

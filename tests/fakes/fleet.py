@@ -85,6 +85,9 @@ class FakeVehicle:
     goal_enu_m: NDArray[np.float64] = field(init=False)
     started_s: float = 0.0
     speed_mps: float = 10.0
+    heading_rad: float = 0.0
+    """Turns at once, to north or south."""
+    turns: bool = True
     errors: FakeErrors = field(default_factory=partial(FakeErrors, 0))
     gps_fix: int = 6
     horizontal_accuracy_m: float | None = 0.015
@@ -186,7 +189,7 @@ class FakeVehicle:
             position_at_s=heard_at_s,
             height_above_home_m=float(position_enu_m[2] - self.home_enu_m[2]),
             velocity_enu_mps=(float(velocity[0]), float(velocity[1]), float(velocity[2])),
-            heading_rad=0.0,
+            heading_rad=self.heading_rad,
             home=_home(*self.home_enu_m.tolist()),
             battery_fraction=self.battery_fraction,
             battery_at_s=heard_at_s if self.battery_silent_since_s is None else self.battery_silent_since_s,
@@ -247,6 +250,8 @@ class FakeVehicle:
                 raise self._refusal("is not armed: arm it before takeoff")
             case Goto(position) if not all(map(math.isfinite, astuple(position))):
                 raise self._refusal(f"cannot go there: the position {astuple(position)} is not finite")
+            case Goto(heading_rad=float(heading_rad)) if not math.isfinite(heading_rad):
+                raise self._refusal(f"cannot turn to a heading of {heading_rad} rad")
             case Goto() if is_grounded:
                 raise self._refusal("cannot go there: it is not flying, take off first")
 
@@ -282,9 +287,11 @@ class FakeVehicle:
             case Takeoff(height_above_home_m):
                 self.mode = FlightMode.GUIDED
                 self.fly_to(self.home_enu_m + np.array([0.0, 0.0, height_above_home_m]))
-            case Goto(position, speed_mps):
+            case Goto(position, speed_mps, heading_rad):
                 self.mode, self.speed_mps = FlightMode.GUIDED, speed_mps
                 self.fly_to(FRAME.to_enu(position))
+                if heading_rad is not None and self.turns:
+                    self.heading_rad = heading_rad
             case Hold():
                 self.mode = FlightMode.HOLD
                 self.fly_to(position_enu_m)
@@ -336,12 +343,13 @@ class FakeVehicle:
         if self.camera_delay_s:
             await self.clock.sleep(self.camera_delay_s)
         self.images += 1
-        pose = nadir_pose(self.position_enu_m())
+        pose = nadir_pose(self.position_enu_m(), self.heading_rad)
+        view = self._look()[..., [BANDS.index(band) for band in self.bands]]
         return Capture(
             vehicle_id=self.vehicle_id,
             image_index=self.images,
             utc_s=self.clock.utc_s(),
-            image=self._look()[..., [BANDS.index(band) for band in self.bands]],
+            image=view[::-1, ::-1] if math.cos(self.heading_rad) < 0.0 else view,
             bands=self.bands,
             position=FRAME.to_geodetic(pose.position_enu_m),
             R_cam2enu=pose.R_cam2enu,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from aos_gcs.mission.model.events import NoticeRecord
 from aos_gcs.mission.model.phase import Outcome, Phase, Suspension
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.phases import PHASE_NAMES
-from aos_gcs.planning.settings import Deadlines, PreflightSettings
+from aos_gcs.planning.settings import Deadlines, FlightSettings, PreflightSettings
 from aos_gcs.ports import Arm, Capture, Goto, Hold, Land, ReturnToLaunch, Severity
 from tests.fakes.mission_flight import TARGET, flying, prepare
 
@@ -57,6 +58,19 @@ async def test_each_step_is_recorded_before_its_waypoints_are_sent() -> None:
     for step, gotos in gotos_at_flush[:5]:
         assert gotos == first_step_gotos + 4 * (step - 1)
     assert {step for step, _ in flight.recorder.frames} == set(flight.recorder.steps)
+
+
+@pytest.mark.parametrize(("reverse_heading", "headings_rad"), [(True, [math.pi, 0.0, math.pi]), (False, [None] * 3)])
+async def test_vehicles_turn_round_from_step_to_step(reverse_heading: bool, headings_rad: list[float | None]) -> None:
+    flight = prepare(flight=FlightSettings(reverse_heading=reverse_heading))
+    async with flying(flight) as run:
+        await run
+    steps = flight.view.steps()
+    assert [{record.heading_rad for record in step.waypoints} for step in steps[:3]] == [{one} for one in headings_rad]
+    for vehicle in flight.fleet.members.values():
+        gotos = [command for command in vehicle.commands if isinstance(command, Goto)]
+        turned = {goto.heading_rad for goto in gotos} - {None}
+        assert turned == {heading_rad for heading_rad in headings_rad if heading_rad is not None}
 
 
 async def test_an_empty_area_is_scanned_to_its_end_and_everybody_returns() -> None:

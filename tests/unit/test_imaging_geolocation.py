@@ -75,6 +75,27 @@ def test_lines_of_sight_tell_the_height_of_what_is_seen() -> None:
     assert np.linalg.norm(geolocate(views, 0.0, settings).position_enu_m[:2]) < 0.02
 
 
+def test_opposite_headings_tell_the_tilt_of_a_camera() -> None:
+    def located(headings_rad: tuple[float, ...]) -> tuple[float, float]:
+        views = []
+        for index, heading_rad in enumerate(headings_rad):
+            reported = nadir_pose([4.0 + index, -2.0, 35.0], heading_rad)
+            askew = Rotation.from_rotvec([math.radians(1.2), 0.0, 0.0]).as_matrix()
+            true = Pose(reported.position_enu_m, reported.R_cam2enu @ askew)
+            views.append(view(1, reported, project_points([(0.0, 0.0, 0.0)], CAMERA, true)))
+        settings = dataclasses.replace(
+            PERFECT, attitude_rad=math.radians(1.0), persistent_share=0.95, target_height_m=0.0, target_extent_m=0.05
+        )
+        place = geolocate(views, 0.0, settings)
+        return float(np.linalg.norm(place.position_enu_m[:2])), math.sqrt(float(place.covariance_m2[0, 0]))
+
+    one_way_m, one_way_sigma_m = located((0.0, 0.0, 0.0, 0.0))
+    both_ways_m, both_ways_sigma_m = located((0.0, math.pi, 0.0, 0.0))
+    assert one_way_m > 0.7
+    assert both_ways_m < 0.1, "even where most views are of one heading"
+    assert both_ways_sigma_m < 0.5 * one_way_sigma_m
+
+
 def test_independent_vehicles_average_out_and_the_height_of_the_plane_does_not() -> None:
     def located(n: int, settings: Uncertainty) -> np.ndarray:
         pose = nadir_pose([-8.0, 0.0, 35.0])

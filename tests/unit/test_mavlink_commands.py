@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import math
+from dataclasses import replace
 
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
@@ -28,6 +29,8 @@ from tests.fakes.mavlink_fleet import open_network
 from tests.fakes.mavlink_vehicle import HOME, FakeVehicle
 
 pytestmark = pytest.mark.looptime
+
+TURN = mavlink.MAV_CMD_CONDITION_YAW
 
 
 # --- what is sent ---------------------------------------------------------------------------------------------------
@@ -67,6 +70,32 @@ async def test_goto_is_a_reposition_by_command_int_above_sea_level(make: type) -
     assert message.frame == mavlink.MAV_FRAME_GLOBAL_INT
     assert (message.param1, message.param2) == (5.0, 0.0), "without a change of mode"
     assert (message.x, message.y, message.z) == (480005000, 140005000, 335.0)
+
+
+async def test_px4_turns_by_the_reposition_and_arducopter_by_a_command_of_its_own() -> None:
+    goto = replace(GOTO, heading_rad=math.pi)
+    vehicle = px4(flying=True)
+    async with open_network(vehicle) as network:
+        await network.vehicle().execute(GOTO, 10.0)
+        await network.vehicle().execute(goto, 10.0)
+    kept, turned = (message.param4 for message in vehicle.sent(REPOSITION))
+    assert math.isnan(kept)
+    assert turned == pytest.approx(math.pi)
+    vehicle = copter(flying=True)
+    async with open_network(vehicle) as network:
+        await network.vehicle().execute(goto, 10.0)
+    (turn,) = vehicle.sent(TURN)
+    assert (turn.param1, turn.param3, turn.param4) == (pytest.approx(180.0), 0.0, 0.0)
+    assert vehicle.commands.index(turn) > vehicle.commands.index(vehicle.sent(REPOSITION)[0])
+
+
+@pytest.mark.parametrize("answer", [mavlink.MAV_RESULT_UNSUPPORTED, None])
+async def test_a_copter_that_does_not_turn_goes_there_all_the_same(answer: int | None) -> None:
+    vehicle = copter(flying=True)
+    vehicle.obeys = lambda message: answer if message.command == TURN else True
+    async with open_network(vehicle) as network:
+        await network.vehicle().execute(replace(GOTO, heading_rad=0.0), 10.0)
+    assert vehicle.sent(REPOSITION)
 
 
 @pytest.mark.parametrize(("command", "copter_mode", "px4_sub_mode"), [(ReturnToLaunch(), 6, 5), (Land(), 9, 6)])

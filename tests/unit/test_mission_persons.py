@@ -202,8 +202,12 @@ def test_what_is_left_keeps_its_lines_of_sight_but_not_what_was_seen() -> None:
     assert [line.view.vehicle_id for line in again.lines[7].lines] == [1, 2, 3, 4]
 
 
-def test_what_is_no_person_keeps_no_lines() -> None:
+def test_lines_to_what_is_no_person_yet_are_noted_for_the_time_when_it_is_taken_for_one() -> None:
     stones = [warm_frame(vehicle_id, clothes_k=5.0, skin_k=5.0, size_m=0.3) for vehicle_id in (1, 2, 3)]
     watch, judgements = watch_persons(PersonWatch(), stones, 0.0, {7: PLACE_ENU_M}, Uncertainty())
-    assert judgements[7].place is not None
-    assert not watch.lines
+    assert judgements[7].verdict.kind is not FindingKind.PERSON
+    assert [line.view.vehicle_id for line in watch.lines[7].lines] == [1, 2, 3]
+    persons = [person(vehicle_id) for vehicle_id in (1, 2, 3)]
+    watch, judgements = watch_persons(watch, persons, 0.0, {7: PLACE_ENU_M}, Uncertainty())
+    assert judgements[7].verdict.kind is FindingKind.PERSON
+    assert watch.lines[7].count == 6

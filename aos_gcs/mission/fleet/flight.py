@@ -295,21 +295,24 @@ class FlightControl:
             member.refusal = None if record.verdict is WaypointVerdict.SENT else record.reason
             if record.sent_enu_m is not None and _is_ours(member, tasks):
                 targets[member.vehicle_id] = member.waypoint_enu_m = np.array(record.sent_enu_m)
+                member.turn.order(record.heading_rad, member.state.heading_rad, self._clock.now_s())
 
         def goto(member: Member) -> Goto:
-            return Goto(self._roster.geodetic(member, targets[member.vehicle_id]), self._settings.cruise_speed_mps)
+            place = self._roster.geodetic(member, targets[member.vehicle_id])
+            return Goto(place, self._settings.cruise_speed_mps, member.turn.heading_rad)
 
         return await self.command_each(self._roster.select(targets), goto, on_handed_over=on_handed_over)
 
     def has_arrived(self, member: Member) -> bool:
-        """Return whether the vehicle hovers at its waypoint."""
+        """Return whether the vehicle hovers at its waypoint, and heads where it was told to."""
         position_enu_m = self._roster.position_enu_m(member)
         if position_enu_m is None or member.waypoint_enu_m is None:
             return False
         velocity_enu_mps = member.state.velocity_enu_mps
         speed_mps = 0.0 if velocity_enu_mps is None else float(np.linalg.norm(velocity_enu_mps))
         distance_m = float(np.linalg.norm(position_enu_m - member.waypoint_enu_m))
-        return distance_m <= self._settings.arrival_radius_m and speed_mps <= self._settings.arrival_speed_mps
+        hovers = distance_m <= self._settings.arrival_radius_m and speed_mps <= self._settings.arrival_speed_mps
+        return hovers and member.turn.is_over(member.state.heading_rad, self._clock.now_s())
 
     async def wait_until(
         self, members: Callable[[], Iterable[Member]], done: Callable[[Member], bool], timeout_s: float

@@ -15,6 +15,7 @@ from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.mission.fleet.datum import LaunchGround, home_altitude_m, is_grounded
 from aos_gcs.mission.fleet.energy import BatteryMeter
 from aos_gcs.mission.fleet.tasks import check_task, task_when_heard_again
+from aos_gcs.mission.fleet.turn import Turn
 from aos_gcs.mission.model.vehicles import Task, VehicleSnapshot
 from aos_gcs.ports import Clock, Command, Fleet, FlightMode, LandedState, Takeoff, Vehicle, VehicleState
 
@@ -59,6 +60,7 @@ class Member:
     landing_enu_m: NDArray[np.float64] | None = None
     """Place where it lands; None: at home."""
     waypoint_enu_m: NDArray[np.float64] | None = None
+    turn: Turn = field(default_factory=Turn)
     refusal: str | None = None
     last_command: Command | None = None
     """Latest command handed to the link and not refused; telemetry shows its effect up to seconds later."""

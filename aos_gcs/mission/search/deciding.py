@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -74,6 +75,7 @@ class Decider:
         self._strategy: Strategy[Any] = make_strategy(settings.strategy, settings.strategy_parameters)
         self._state = self._strategy.init(np.array(settings.scan_direction_enu))
         self._steps_found = 0
+        self._heading_rad = 0.0
         self._findings = findings
         self.tracker = TargetTracker(settings)
         self._claims = Claims(settings.detection, journal, self.tracker, findings)
@@ -135,6 +137,9 @@ class Decider:
         diagnostics, next_enu_m = self._choose_places(situation, analysis, in_view=in_view)
         waypoints = vet_plan(in_layers(situation.swarm, next_enu_m), situation.traffic, detours, ground)
         self.progress.note_waypoints(waypoints)
+        if self._settings.flight.reverse_heading:
+            self._heading_rad = math.pi - self._heading_rad
+            waypoints = tuple(replace(one, heading_rad=self._heading_rad) for one in waypoints)
         return Decision(following, diagnostics, waypoints)
 
     def conclude(self, following: Phase, judgements: Mapping[int, Judgement]) -> Phase:

@@ -40,7 +40,7 @@ class PersonWatch:
 
     steps: tuple[tuple[WarmView, ...], ...] = ()
     lines: Mapping[int, SightLines] = field(default_factory=dict)
-    """Lines of sight to what is taken for a person, by the key of the target."""
+    """Lines of sight to warm bodies, by the key of the target: what is taken for a person later has been looked at."""
 
     def look(self, frames: Sequence[Frame], plane_height_m: float) -> PersonWatch:
         """Return the watch with what is warm in a step's frames, or stands out where none of them tells temperatures.
@@ -98,7 +98,7 @@ class PersonWatch:
         lines, located = dict(self.lines), dict(judgements)
         keys_of_body: dict[int, list[int]] = {}
         for key, judgement in judgements.items():
-            if judgement.place is not None and judgement.verdict.kind is FindingKind.PERSON:
+            if judgement.place is not None:
                 keys_of_body.setdefault(id(judgement.views), []).append(key)
         for keys in keys_of_body.values():
             judgement = judgements[keys[0]]
@@ -106,6 +106,9 @@ class PersonWatch:
             if judgement.place is None or not views:
                 continue
             former = max((lines.pop(key, SightLines()) for key in keys), key=lambda one: one.count)
+            if judgement.verdict.kind is not FindingKind.PERSON:
+                lines |= dict.fromkeys(keys, former.noted(views, plane_height_m))
+                continue
             of_body, place = former.extended(views, judgement.place, plane_height_m, uncertainty)
             lines |= dict.fromkeys(keys, of_body)
             located |= {key: replace(judgements[key], place=place) for key in keys}

@@ -50,6 +50,12 @@ class SightLines:
     count: int = 0
     """Number of all views so far."""
 
+    def noted(self, views: Sequence[BlobView], plane_height_m: float) -> SightLines:
+        """Return the lines with those of another step, whose views' points lie on a plane of that ENU height."""
+        new = tuple(SightLine(self.count + index, view, plane_height_m) for index, view in enumerate(views))
+        kept = sorted(sorted((*self.lines, *new), key=lambda line: line.rank)[:MAX_LINES], key=lambda line: line.number)
+        return SightLines(tuple(kept), self.count + len(new))
+
     def extended(
         self, views: Sequence[BlobView], latest: Geolocation, plane_height_m: float, uncertainty: Uncertainty
     ) -> tuple[SightLines, Geolocation]:
@@ -61,15 +67,15 @@ class SightLines:
             plane_height_m: ENU height of the focal plane that the views' points lie on.
             uncertainty: of the poses, the ground and the body.
         """
-        new = tuple(SightLine(self.count + index, view, plane_height_m) for index, view in enumerate(views))
-        lines = (*self.lines, *new)
+        both = self.noted(views, plane_height_m)
         together = geolocate(
-            [_on_plane(line.view, line.plane_height_m, plane_height_m) for line in lines], plane_height_m, uncertainty
+            [_on_plane(line.view, line.plane_height_m, plane_height_m) for line in both.lines],
+            plane_height_m,
+            uncertainty,
         )
         if _distance_m(together, latest) > MOVED_SIGMAS * _sigma_m(latest):
-            return SightLines(new, self.count + len(new)), latest
-        kept = sorted(sorted(lines, key=lambda line: line.rank)[:MAX_LINES], key=lambda line: line.number)
-        return SightLines(tuple(kept), self.count + len(new)), min(together, latest, key=_sigma_m)
+            return SightLines(count=self.count).noted(views, plane_height_m), latest
+        return both, min(together, latest, key=_sigma_m)
 
 
 def _on_plane(view: BlobView, from_height_m: float, to_height_m: float) -> BlobView:

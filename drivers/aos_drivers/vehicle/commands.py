@@ -17,6 +17,8 @@ from aos_gcs.ports import Arm, Clock, Command, Disarm, Goto, Hold, Land, ReturnT
 
 REFUSAL_GRACE_S = 0.6
 """Time after a refusal for its reason as status text, for PX4's second answer, or for the effect to show."""
+_OPTIONAL_S = 2.0
+"""Time for a step that the command does without."""
 _SILENCE_S = 5.0
 """Real seconds: a machine that stands still for one looks like a silence of ten at ten times the speed."""
 _ALWAYS_SENT = (Hold, ReturnToLaunch, Land)
@@ -107,6 +109,8 @@ class CommandRunner:
         """Send one step until it is done; ``check`` raises when it must not go on."""
         record = self._record
         started_s = self._clock.now_s()
+        if step.is_optional:
+            deadline_s = min(deadline_s, started_s + _OPTIONAL_S)
         transaction = CommandTransaction(step.message, step.repeat_s, ignored_results=step.ignored_results)
         needs_acceptance = step.needs_acceptance or step.is_done(record.telemetry, started_s)
 
@@ -129,6 +133,8 @@ class CommandRunner:
                 if awaits_heartbeat and transaction.answer is Answer.ACCEPTED:
                     awaits_heartbeat = False
                     self._ask_for_heartbeat()
+                if step.is_optional and (transaction.answer is Answer.REFUSED or self._clock.now_s() >= deadline_s):
+                    return
                 if transaction.answer is Answer.REFUSED:
                     await self._confirm_refusal(step, transaction, is_done, started_s, deadline_s)
                     continue

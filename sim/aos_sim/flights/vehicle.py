@@ -162,6 +162,8 @@ class FlownVehicle:
                 return "is not armed"
             case Goto(position) if not all(map(math.isfinite, astuple(position))):
                 return "cannot go to a position that is not finite"
+            case Goto(heading_rad=float(heading_rad)) if not math.isfinite(heading_rad):
+                return "cannot turn to a heading that is not finite"
             case Goto() if not is_armed or kinematics.on_ground:
                 return "is not flying"
         return ""
@@ -177,8 +179,9 @@ class FlownVehicle:
             case Takeoff(height_m):
                 pilot.lifting = True
                 pilot.fly(FlightMode.GUIDED, np.array([*here_enu_m[:2], pilot.home_enu_m[2] + height_m]))
-            case Goto(position, speed_mps):
+            case Goto(position, speed_mps, heading_rad):
                 pilot.speed_mps = speed_mps
+                pilot.heading_rad = pilot.heading_rad if heading_rad is None else heading_rad
                 pilot.fly(FlightMode.GUIDED, self._frame.to_enu(position))
             case Hold():
                 pilot.fly(FlightMode.HOLD, here_enu_m)

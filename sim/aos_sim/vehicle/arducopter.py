@@ -129,6 +129,7 @@ class ArduCopter(SimulatedAutopilot):
         self._handlers["SET_POSITION_TARGET_LOCAL_NED"] = self._on_target
         self._handlers["SET_POSITION_TARGET_GLOBAL_INT"] = self._on_target
         self._commands[mavlink.MAV_CMD_MISSION_START] = self._start_mission
+        self._commands[mavlink.MAV_CMD_CONDITION_YAW] = self._turn
         self.parameters["MAV_SYSID"] = identity.system_id
         self._mode = CopterMode.STABILIZE
         self._link_lost = False
@@ -274,6 +275,19 @@ class ArduCopter(SimulatedAutopilot):
             return int(mavlink.MAV_RESULT_FAILED)
         if self.flight.airborne:
             self.flight.fly_to(target_enu_m, self.kinematics, self.now.s)
+        return int(mavlink.MAV_RESULT_ACCEPTED)
+
+    def _turn(self, request: CommandRequest) -> int:
+        """Turn the short way to a heading (parameter 1, degrees), or by an angle where parameter 4 is 1.
+
+        It lasts until the next place; rate and sense of rotation are not looked at.
+        """
+        angle_deg, relative = request.finite_or_none(1), request.param(4)
+        if angle_deg is None or not 0.0 <= angle_deg <= 360.0 or relative not in (0.0, 1.0):
+            return int(mavlink.MAV_RESULT_FAILED)
+        if self._mode is not CopterMode.GUIDED or not self.flight.airborne:
+            return int(mavlink.MAV_RESULT_FAILED)
+        self.flight.turn_to(math.radians(angle_deg) + (self.kinematics.heading_rad if relative else 0.0))
         return int(mavlink.MAV_RESULT_ACCEPTED)
 
     def _on_target(self, message: mavlink.MAVLink_message) -> None:

@@ -181,6 +181,10 @@ class FlightController:
             self._face(target_enu_m, kinematics)
         self._enter(Manoeuvre.POSITION, now_s)
 
+    def turn_to(self, heading_rad: float) -> None:
+        """Turn to a heading, wherever it flies."""
+        self._heading_rad = heading_rad % (2 * math.pi)
+
     def follow(self, motion: Motion, kinematics: Kinematics, now_s: float, lasts_s: float = math.inf) -> None:
         """Follow a motion, and stop unless another one comes within ``lasts_s``."""
         place_enu_m = motion.place_enu_m

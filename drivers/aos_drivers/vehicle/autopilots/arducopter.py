@@ -118,7 +118,7 @@ class ArduCopterDialect(MulticopterDialect):
         speed comes afterwards. What it acknowledges it has taken over: its own target is not needed as evidence, and
         that of 4.7-dev (September 2025) is a hundred times too near to its origin. To a vehicle in GUIDED it is sent
         without the change of mode: where a pilot has left GUIDED since the last heartbeat, it is refused. In another
-        mode the next heartbeat is waited for.
+        mode the next heartbeat is waited for. A heading comes after the place, which ends the one before.
         """
         evidence = GotoEvidence(command.position, telemetry, now_s, is_echo_reliable=False)
         changes_mode = telemetry.mode is not FlightMode.GUIDED
@@ -129,5 +129,12 @@ class ArduCopterDialect(MulticopterDialect):
         return [
             *([ask_mode(target, now_s)] if changes_mode else []),
             Step("goto", message, evidence, REPEAT_S, needs_acceptance=True),
+            *([] if command.heading_rad is None else [_turn(command.heading_rad, target)]),
             Step("change its speed", change_speed, lambda _state, _now_s: True, needs_acceptance=True),
         ]
+
+
+def _turn(heading_rad: float, target: Target) -> Step:
+    """Return the step that turns the vehicle the short way round."""
+    message = command_long(target, mavlink.MAV_CMD_CONDITION_YAW, math.degrees(heading_rad) % 360.0)
+    return Step("turn", message, lambda _state, _now_s: True, is_optional=True)

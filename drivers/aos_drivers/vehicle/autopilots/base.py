@@ -65,6 +65,8 @@ class Step:
     """Whether what telemetry shows counts only once the command has been accepted."""
     ignored_results: frozenset[int] = frozenset()
     """Answers that say nothing of whether the vehicle obeys."""
+    is_optional: bool = False
+    """Whether the command goes on where this step is refused, or not answered in time."""
 
 
 class AutopilotDialect(ABC):
@@ -246,7 +248,10 @@ def version_request(target: Target) -> mavlink.MAVLink_command_long_message:
 
 
 def reposition(command: Goto, target: Target, *, changes_mode: bool = True) -> mavlink.MAVLink_command_int_message:
-    """Return the DO_REPOSITION that PX4 and ArduCopter understand alike, above mean sea level."""
+    """Return the DO_REPOSITION that PX4 and ArduCopter understand alike, above mean sea level.
+
+    The heading, in radians whatever the unit of MAVLink's definition, is PX4's; ArduCopter does not look at it.
+    """
     position = command.position
     return mavlink.MAVLink_command_int_message(
         target.system_id,
@@ -258,7 +263,7 @@ def reposition(command: Goto, target: Target, *, changes_mode: bool = True) -> m
         command.speed_mps,
         mavlink.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE if changes_mode else 0,
         0.0,
-        math.nan,  # keep the heading
+        math.nan if command.heading_rad is None else command.heading_rad,  # NaN: by the autopilot's own rule
         round(position.latitude_deg * 1e7),
         round(position.longitude_deg * 1e7),
         position.altitude_amsl_m,

@@ -22,7 +22,7 @@ def check_goto(command: Goto, vehicle_id: int, telemetry: Telemetry) -> None:
     """Check that a goto can be sent.
 
     Raises:
-        CommandRefusedError: its position or speed is invalid, or the vehicle is not flying.
+        CommandRefusedError: its position, speed or heading is invalid, or the vehicle is not flying.
     """
     position = command.position
     values = (position.latitude_deg, position.longitude_deg, position.altitude_amsl_m)
@@ -34,6 +34,8 @@ def check_goto(command: Goto, vehicle_id: int, telemetry: Telemetry) -> None:
         problem = "latitude and longitude 0 mean an unknown position"
     elif not (math.isfinite(command.speed_mps) and command.speed_mps > 0):
         problem = f"a speed of {command.speed_mps} m/s is not positive"
+    elif command.heading_rad is not None and not math.isfinite(command.heading_rad):
+        problem = f"a heading of {command.heading_rad} rad is not finite"
     elif not telemetry.armed or telemetry.landed is LandedState.ON_GROUND:
         problem = "it is not flying, take off first"
     else:
