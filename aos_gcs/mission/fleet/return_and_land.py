@@ -64,7 +64,9 @@ class ReturnAndLand:
         await self._fly(able, self._climb)
         await self._fly(able, self._above_home)
         await self._return_held()
-        astray = [member for member in self._still_flying() if member.airborne and self._is_astray(member)]
+        if any(self._can_fly_home(member) for member in self._astray()):
+            await self._land_in_turn()
+        astray = self._astray()
         for member in astray:
             text = "returns by its autopilot, at the autopilot's own height"
             context.journal.notice(Severity.WARNING, text, member.vehicle_id)
@@ -207,6 +209,45 @@ class ReturnAndLand:
             self._context.roster.assign(member, Task.RETURNING)
         await self._fly(held, self._climb)
         await self._fly(held, self._above_home)
+
+    async def _land_in_turn(self) -> None:
+        """Land vehicles that are home, then fly and land the others one by one, those near their launch points first.
+
+        Where positions are inaccurate, launch points may be too near to each other for two vehicles to hover there.
+        """
+        astray = self._astray()
+        await self._bring_down_here([member for member in self._still_flying() if member not in astray])
+        for member in sorted(filter(self._can_fly_home, astray), key=self._way_home_m):
+            if member.task is Task.RETURNING:
+                await self._fly([member], self._above_home)
+                await self._bring_down_here([member])
+
+    async def _bring_down_here(self, members: list[Member]) -> None:
+        """Land those vehicles above their landing places whose columns are free, and wait until they are down."""
+        flight = self._context.flight
+        down = [
+            member
+            for member in members
+            if member.task is Task.RETURNING
+            and self._can_fly_home(member)
+            and not self._is_astray(member)
+            and flight.blocks_descent(member) is None
+        ]
+        for member in down:
+            self._context.roster.assign(member, Task.LANDING)
+        await flight.command_each(down, lambda _: Land())
+        landing_s = self._context.settings.deadlines.land_s
+        await flight.wait_until(lambda: down, lambda one: not one.airborne or one.task is not Task.LANDING, landing_s)
+
+    def _way_home_m(self, member: Member) -> float:
+        position_enu_m, place_enu_m = self._context.roster.position_enu_m(member), self._landing_place(member)
+        if position_enu_m is None or place_enu_m is None:
+            return math.inf
+        return float(np.linalg.norm((position_enu_m - place_enu_m)[:2]))
+
+    def _astray(self) -> list[Member]:
+        """Return the airborne vehicles that are not above their landing places."""
+        return [member for member in self._still_flying() if member.airborne and self._is_astray(member)]
 
     def _still_flying(self) -> list[Member]:
         return [
