@@ -68,6 +68,7 @@ def sheet(tiles: Sequence[NDArray[np.uint8]]) -> NDArray[np.uint8]:
 
 def _labelled(picture: NDArray[np.uint8], label: str) -> NDArray[np.uint8]:
     strip = np.zeros((LABEL_PX, picture.shape[1], 4), dtype=np.uint8)
-    strip[..., 3] = 255
     cv2.putText(strip, label, (6, LABEL_PX - 7), cv2.FONT_HERSHEY_SIMPLEX, 0.55, (255, 255, 255, 255), 1, cv2.LINE_AA)
-    return np.vstack((strip, picture))
+    # Only now: smoothed letters leave other values behind.
+    strip[..., 3] = 255
+    return np.vstack((picture, strip))

@@ -133,9 +133,9 @@ class FocusOptions:
         if virtual is None:
             raise ConfigurationError("--focus-stack shows a view: give the virtual camera as --view INDEX.")
         surfaces: list[tuple[str, FocalSurface]] = [
-            (f"z = {height_m:.1f} m", self._tilted(survey, height_m))
+            (f"z = {height_m:.2f} m", self._tilted(survey, height_m))
             if terrain is None
-            else (f"terrain {height_m:+.1f} m", terrain.moved(height_m))
+            else (f"terrain {height_m:+.2f} m", terrain.moved(height_m))
             for height_m in stack_heights_m(autofocus.low_m, autofocus.high_m)
         ]
         write_focus_stack(path, survey, virtual, surfaces, skip_broken=skip_broken)

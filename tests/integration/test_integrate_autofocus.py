@@ -141,6 +141,10 @@ def test_a_contact_sheet_is_written_even_where_nothing_is_found(
     assert picture.shape == (3 * (focus_stack.EDGE_PX + focus_stack.LABEL_PX), 4 * focus_stack.EDGE_PX, 4)
     tiles = picture.reshape(3, -1, 4, focus_stack.EDGE_PX, 4).swapaxes(1, 2).reshape(12, -1)
     assert len({tile.tobytes() for tile in tiles}) == 12
+    strips = picture.reshape(3, -1, 4, focus_stack.EDGE_PX, 4)[:, focus_stack.EDGE_PX :]
+    labels = strips.swapaxes(1, 2).reshape(12, -1, 4)
+    assert np.all(labels[..., 3] == 255), "each height stands below its picture"
+    assert len({label.tobytes() for label in labels}) == 12
 
 
 @pytest.mark.parametrize(
