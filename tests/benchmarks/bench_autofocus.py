@@ -19,12 +19,15 @@ from rich.table import Table
 
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose, nadir_pose
+from aos_gcs.geometry.projection import pixel_rays
 from aos_gcs.imaging.aperture import integral_visibility, seen_at_least_once, smallest_spacing_m
 from aos_gcs.imaging.focus.autofocus import find_focus
 from aos_gcs.imaging.focus.measure import FocusSignal
 from aos_gcs.imaging.focus.region import FocusRegion, GroundRegion, ViewRegion
+from aos_gcs.imaging.focus.terrain import find_terrain_focus
 from aos_gcs.imaging.integral import integrate
 from aos_gcs.imaging.model import Frame
+from aos_gcs.imaging.surfaces.dem_files import read_dem
 from aos_gcs.imaging.views import perspective_view
 from aos_gcs.surveys.images import LazyFrames
 from aos_gcs.surveys.poses_file import read_poses
@@ -32,7 +35,10 @@ from aos_sim.render.raycaster import RayCaster
 from aos_sim.render.renderer import Renderer
 from aos_sim.world.scene import SceneParameters, build_scene
 
-RECORDED = Path(__file__).resolve().parents[3] / "shared" / "data" / "F0"
+RECORDINGS = Path(__file__).resolve().parents[3] / "shared" / "data"
+RECORDED, FLIGHT = RECORDINGS / "F0", RECORDINGS / "F0_flight"
+FIRST_FRAMES, FRAMES = (12, 33, 55, 76, 98, 119, 141, 162), 30
+FOV_DEG, TERRAIN_SHIFT_M = 50.815436217896945, -1.0
 WINDOWS = {"three people": (130, 100, 270, 230), "whole view": (0, 0, 511, 511), "no people": (280, 280, 450, 450)}
 CAMERA = CameraModel.from_fov(512, 512, np.radians(50.0))
 BANDS = ("red", "green", "blue", "thermal")
@@ -80,6 +86,39 @@ def recorded_flight() -> None:
         row = [f"{best_m:.0f}" for best_m in others[name]]
         table.add_row(name, height, f"{result.confidence:.2f}", f"{took_s:.1f}", *row)
     CONSOLE.print("Recorded flight F0, z from 5 to 25 m; the people lie on z = 18 m. Best z by measure:")
+    CONSOLE.print(table)
+
+
+def recorded_windows() -> None:
+    if not (RECORDED.is_dir() and FLIGHT.is_dir()):
+        return
+    survey = read_poses(FLIGHT / "poses.json", FLIGHT / "images", np.radians(FOV_DEG))
+    frames = list(LazyFrames(survey.images, survey.bands))
+    given = read_dem(RECORDED / "dem_lr.obj.gz", None, np.eye(3))
+    table = Table("first frame", "ground z", "level plane: error m", "CPU s", "terrain: error m", "CPU s")
+    for first in FIRST_FRAMES:
+        window = frames[first : first + FRAMES]
+        middle = window[FRAMES // 2]
+        view = ViewRegion.whole(middle.camera, middle.pose)
+        ray = pixel_rays(
+            [[(middle.camera.width_px - 1) / 2, (middle.camera.height_px - 1) / 2]], middle.camera, middle.pose
+        )
+        ground_m = float(given.moved(TERRAIN_SHIFT_M).intersect(middle.pose.position_enu_m, ray)[0, 2])
+        started_s = time.process_time()
+        plane = find_focus(window, view, 5.0, 25.0)
+        plane_s = time.process_time() - started_s
+        started_s = time.process_time()
+        terrain = find_terrain_focus(window, view, given, -5.0, 5.0)
+        terrain_s = time.process_time() - started_s
+        table.add_row(
+            str(first),
+            f"{ground_m:.1f}",
+            f"{plane.height_m - ground_m:+.2f} ± {plane.sigma_m:.2f}" if plane.found else f"not found: {plane.reason}",
+            f"{plane_s:.1f}",
+            f"{terrain.offset_m - TERRAIN_SHIFT_M:+.2f} ± {terrain.sigma_m:.2f}" if terrain.by_frames else "kept",
+            f"{terrain_s:.1f}",
+        )
+    CONSOLE.print(f"Recorded flight, windows of {FRAMES} frames; the ground is the terrain {TERRAIN_SHIFT_M:+g} m:")
     CONSOLE.print(table)
 
 
@@ -183,5 +222,6 @@ def lattice(rng: np.random.Generator, spacing_m: float) -> NDArray[np.float64]:
 
 if __name__ == "__main__":
     recorded_flight()
+    recorded_windows()
     simulated_focus(worlds=4)
     simulated_aperture(worlds=8)

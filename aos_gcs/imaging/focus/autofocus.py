@@ -1,5 +1,8 @@
 """Search for the height, and the tilt if wanted, of the focal plane that a region is in focus on.
 
+The texture of frames is in focus on whatever there is most of, which may be crowns. Where the spots that stand out of
+single frames tell the ground from crowns, they decide.
+
 Heights are z coordinates of the world of the poses, whichever way its z axis points.
 """
 
@@ -15,15 +18,17 @@ from numpy.typing import NDArray
 
 from aos_gcs.errors import ImagingError
 from aos_gcs.geometry.projection import Plane, project_points
+from aos_gcs.imaging.focus.geometry import FocusGeometry, focus_geometry
+from aos_gcs.imaging.focus.ground import ground_layer, is_among_crowns
 from aos_gcs.imaging.focus.measure import (
     CORRELATION_AREA_PX,
-    MAX_GROUPS,
     Agreement,
     CameraGroups,
     FocusSignal,
     focus_signal,
 )
 from aos_gcs.imaging.focus.region import FocusRegion
+from aos_gcs.imaging.focus.spots import Spots, find_spots
 from aos_gcs.imaging.model import Frame
 from aos_gcs.imaging.surfaces.terrain import Terrain
 
@@ -44,11 +49,15 @@ The best of some dozens of heights reaches 3 by chance.
 
 MIN_CONFIDENCE = 0.2
 
-MIN_PARALLAX = 0.1
-"""Distance of two cameras, as a share of their distance to the region, from which their frames are compared."""
+SURE_SPOTS = 120.0
+"""Significance of a layer of spots at which confidence in it is complete."""
 
-MIN_SPREAD_GROUPS = 4.0
-"""Groups that an aperture smaller than that is divided into."""
+SAME_SIGMAS = 3.0
+"""Standard deviations within which the texture and a layer of spots mean the same height."""
+
+SPOTS_STEP_M, MAX_SPOTS_HEIGHTS = 0.5, 240
+SPOTS_MARGIN_M = 4.0
+"""Range to each side in which spots are looked for as well, so that what lies there explains their rays."""
 
 MAX_SLOPE = math.tan(math.radians(30.0))
 
@@ -65,7 +74,7 @@ class FocusResult:
     height_m: float
     """z of the plane at the region's centre."""
     confidence: float
-    """0 to 1: how far the peak stands out from chance, less for a rival peak nearly as high."""
+    """0 to 1: how far the peak, or the layer of spots, stands out from chance; less for a rival peak nearly as high."""
     sigma_m: float
     """Standard deviation of the height; infinite without a peak."""
     agreement: float
@@ -92,33 +101,6 @@ class _Peak:
     at_limit: bool
 
 
-@dataclass(frozen=True, slots=True)
-class FocusGeometry:
-    """Geometry that determines the depth of field."""
-
-    sampling_m: float
-    """Ground sampling distance at the region."""
-    spread: float
-    """Spread of the cameras about the region: metres on the plane by which frames part per metre of height."""
-    distance_m: float
-    """Depth of the region below the cameras."""
-    cameras: int
-
-    @property
-    def separation_m(self) -> float:
-        """Distance from which frames of two cameras are compared: nearer ones see crowns alike on any surface.
-
-        0 for a few cameras: there all pairs are needed.
-        """
-        if self.cameras <= MAX_GROUPS:
-            return 0.0
-        return self.distance_m * min(MIN_PARALLAX, self.spread / MIN_SPREAD_GROUPS)
-
-    def step_m(self, reduction: int) -> float:
-        """Height in which the outermost frames part by the width of the structure that the filter lets through."""
-        return 2.0 * reduction * self.sampling_m / self.spread if self.spread > 0.0 else math.inf
-
-
 def find_focus(
     frames: Iterable[Frame],
     region: FocusRegion,
@@ -130,7 +112,8 @@ def find_focus(
 ) -> FocusResult:
     """Find the focal plane that a region is in focus on.
 
-    The whole range is scanned before the best peaks are refined: canopy and ground make the curve multimodal.
+    The whole range is scanned before the best peaks are refined: canopy and ground make the curve multimodal. A height
+    among crowns is not found; the layer of spots below them is.
 
     Args:
         frames: at least two, all with the same bands. They are gone through several times, one after the other.
@@ -152,17 +135,54 @@ def find_focus(
     # Cameras close together blur the peak over the range: some heights are needed to see that there is none.
     step_m = min(search.geometry.step_m(reduction), (high_m - low_m) / 8)
     heights_m = np.linspace(low_m, high_m, math.ceil((high_m - low_m) / step_m) + 1)
+    result = _by_agreement(search, heights_m, step_m, reduction)
+    if signal is FocusSignal.TEXTURE:
+        result = _judged_by_spots(search, result, low_m, high_m)
+    return search.tilted(result) if tilt and result.found else result
+
+
+def _by_agreement(search: _Search, heights_m: NDArray[np.float64], step_m: float, reduction: int) -> FocusResult:
+    """Return the height on which the frames agree best, among evenly spaced ones and between them."""
     scan = search.curve([search.plane(height_m) for height_m in heights_m], reduction)
     peaks = _peaks(heights_m, scan)
     inner = [peak for peak in peaks if not peak.at_limit]
     if not inner:
-        height_m = peaks[0].height_m if peaks else (low_m + high_m) / 2
+        height_m = peaks[0].height_m if peaks else float(np.mean(heights_m))
         reason = "the agreement is best at the limit of the range" if peaks else "no height is better than another"
         return FocusResult(search.plane(height_m), height_m, 0.0, math.inf, float(scan.values.max()), False, reason)
     # A rise towards the limit is a rival, but no candidate.
     height_m, agreement = search.refine([peak.height_m for peak in inner[:MAX_CANDIDATES]], step_m, reduction)
-    result = _result(search, height_m, agreement, scan, peaks)
-    return search.tilted(result) if tilt and result.found else result
+    return _result(search, height_m, agreement, scan, peaks)
+
+
+def _judged_by_spots(search: _Search, result: FocusResult, low_m: float, high_m: float) -> FocusResult:
+    """Return the ground where spots show it, nothing where they show crowns, and the result otherwise."""
+    kinds = _spots(search, low_m, high_m)
+    centre_m = search.region.centre_m((low_m + high_m) / 2)[:2]
+    layers = (ground_layer(spots, centre_m) for spots in kinds)
+    ground = next((layer for layer in layers if layer is not None and low_m <= layer.height_m <= high_m), None)
+    if ground is not None:
+        same_m = SAME_SIGMAS * math.hypot(ground.sigma_m, result.sigma_m)
+        if result.found and abs(result.height_m - ground.height_m) <= same_m:
+            return result
+        plane = search.plane(ground.height_m)
+        confidence = min(ground.significance / SURE_SPOTS, 1.0)
+        agreement = float(search.curve([plane], FINEST_REDUCTION).values[0])
+        return FocusResult(plane, ground.height_m, confidence, ground.sigma_m, agreement, True, "")
+    if result.found and any(is_among_crowns(spots, result.height_m) for spots in kinds):
+        reason = f"what stands out at {result.height_m:.1f} m are crowns, and no ground stands out below them"
+        return replace(result, confidence=0.0, found=False, reason=reason)
+    return result
+
+
+def _spots(search: _Search, low_m: float, high_m: float) -> list[Spots]:
+    """Return the spots in and about the range of heights, within the rectangle about the region."""
+    edges_m = np.vstack([search.region.points_m(Plane(height_m)) for height_m in (low_m, high_m)])[:, :2]
+    (left_m, near_m), (right_m, far_m) = np.nanmin(edges_m, axis=0), np.nanmax(edges_m, axis=0)
+    low_m, high_m = low_m - SPOTS_MARGIN_M, high_m + SPOTS_MARGIN_M
+    count = min(math.ceil((high_m - low_m) / SPOTS_STEP_M), MAX_SPOTS_HEIGHTS)
+    bounds_m = (float(left_m), float(near_m), float(right_m), float(far_m))
+    return find_spots(search.frames, bounds_m, np.linspace(low_m, high_m, count + 1))
 
 
 def focus_curve(
@@ -269,28 +289,6 @@ class _Search:
         best = estimate.copy()
         best[axis] += step * (_vertex(curve.values) - count)
         return best, curve
-
-
-def focus_geometry(frames: Iterable[Frame], region: FocusRegion, height_m: float) -> FocusGeometry:
-    """Return the geometry of a region's view; it raises an ``ImagingError`` if fewer than two cameras look at it."""
-    centre_m = region.centre_m(height_m)
-    samplings_m, directions, depths_m = [], [], []
-    for frame in frames:
-        gap_m = centre_m - frame.pose.position_enu_m
-        depth_m = float(gap_m @ frame.pose.R_cam2enu[:, 2])
-        if depth_m > 0.0 and gap_m[2] != 0.0:
-            samplings_m.append(depth_m / frame.camera.fx_px)
-            directions.append(gap_m[:2] / gap_m[2])
-            depths_m.append(depth_m)
-    if len(directions) < 2:
-        raise ImagingError(
-            f"Fewer than two cameras have the region to focus on in front of them at a height of {height_m:g} m: "
-            "choose another region or range."
-        )
-    variance = np.linalg.eigvalsh(np.cov(np.array(directions).T)).max()
-    # A line of evenly spaced cameras is sqrt(12) times as long as its standard deviation.
-    spread = math.sqrt(12.0 * max(float(variance), 0.0))
-    return FocusGeometry(float(np.median(samplings_m)), spread, float(np.median(depths_m)), len(depths_m))
 
 
 def _sample(image: NDArray[np.float32], pixels: NDArray[np.float64], reduction: int) -> NDArray[np.float32]:

@@ -19,8 +19,8 @@ from aos_gcs.imaging.focus.autofocus import (
     MAX_SCAN_HEIGHTS,
     FocusCurve,
     focus_curve,
-    focus_geometry,
 )
+from aos_gcs.imaging.focus.geometry import focus_geometry
 from aos_gcs.imaging.focus.region import FocusRegion
 from aos_gcs.imaging.model import Frame
 from aos_gcs.imaging.surfaces.terrain import Terrain
