@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 from playwright.async_api import Route, expect
 
@@ -45,6 +47,9 @@ async def test_page_shows_a_mission_without_errors_or_foreign_requests(map_page,
     await expect(map_page.get_by_test_id("phase")).to_have_text("Ready")
     await expect(map_page.get_by_test_id(f"link-{SILENT_ID}")).to_have_text("no contact")
     await expect(map_page.get_by_test_id(f"height-{SILENT_ID}")).to_have_text("\N{EN DASH}")
+    height = map_page.get_by_test_id("height-1")
+    await expect(height).to_have_text("4.0\N{NARROW NO-BREAK SPACE}m AGL")
+    await expect(height).to_have_attribute("title", re.compile("0.0.m above home, .* above sea level"))
     before = await place_m(map_page, 1)
 
     await start_mission(map_page)

@@ -16,6 +16,8 @@ from aos_gcs.ports import FlightMode, LandedState, LinkQuality, VehicleState
 
 TARGET_ENU_M = (18.0, 72.0, 0.0)
 ORIGIN = GeodeticPosition(48.3358, 14.3263, 262.0)
+GROUND_UP_M = -4.0
+"""Height of the ground by the elevation model, above the origin: the launch site stands on a platform."""
 SPEED_MPS = 5.0
 REFUSING_ID = 4
 """Refuses to return and to land, to show a failure."""
@@ -150,4 +152,5 @@ class ScriptedVehicle:
             self.refusal,
             self.camera,
             is_chosen,
+            height_above_ground_m=self.position_enu_m[2] - GROUND_UP_M,
         )

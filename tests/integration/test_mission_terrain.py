@@ -17,6 +17,7 @@ from aos_gcs.airspace.waypoints import WaypointVerdict
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.checks import CheckStatus, PreflightCheck
 from aos_gcs.mission.model.phase import Outcome, Phase
+from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.preflight import checks
 from aos_gcs.planning.settings import TerrainSettings
 from tests.fakes.fleet import ORIGIN
@@ -105,3 +106,29 @@ async def test_the_flight_knows_hills_beside_the_plan(tmp_path: Path) -> None:
         assert "above the ground at" in record.reason
         await flight.commands.act(Action.ABORT, None)
         await run
+
+
+async def test_heights_above_ground_are_told_and_one_below_the_floor_is_an_alarm(tmp_path: Path) -> None:
+    flight = prepare(n=2, target=None, terrain=model(tmp_path, level(-3.0), floor_above_ground_m=30.0))
+    low = flight.fleet.members[2]
+    async with flying(flight) as run:
+        await flight.until(lambda: flight.mission.phase is Phase.SCAN)
+        heights_m = [vehicle.height_above_ground_m for vehicle in flight.view.snapshot().vehicles]
+        assert heights_m == pytest.approx([35.0, 37.0], abs=0.5)
+        assert not any("above the ground, below the floor" in text for text in flight.texts())
+        low.goal_enu_m = low.start_enu_m = low.position_enu_m() - np.array([0.0, 0.0, 12.0])
+        await flight.until(lambda: any("below the floor of 30 m" in text for text in flight.texts()))
+        await flight.until(lambda: any("above the floor above ground again" in text for text in flight.texts()))
+        await flight.commands.act(Action.ABORT, None)
+        await run
+    texts = [text for text in flight.texts() if "below the floor of 30 m" in text]
+    assert len(texts) == 1
+    assert re.match(r"2[5-6]\.\d m above the ground", texts[0])
+
+
+async def test_returns_and_landings_below_the_floor_are_none(tmp_path: Path) -> None:
+    flight = prepare(n=2, target=None, terrain=model(tmp_path, level(0.0)))
+    async with flying(flight) as run:
+        await run
+    assert {vehicle.task for vehicle in flight.view.snapshot().vehicles} == {Task.LANDED}
+    assert not any("below the floor" in text for text in flight.texts())

@@ -194,6 +194,12 @@ export const texts = {
     },
     target: (trackId: number) => (trackId === 0 ? "Target" : `Target ${trackId}`),
   },
+  heights: {
+    agl: "AGL",
+    aboveGround: "above ground",
+    aboveHome: "above home",
+    aboveSea: "above sea level",
+  },
   fleet: {
     panel: "Fleet",
     none: "No vehicle connected yet.",

@@ -20,6 +20,7 @@ export function vehicle(id: number, changes: Partial<Vehicle> = {}): Vehicle {
     position_age_s: 0.1,
     altitude_amsl_m: 300,
     height_above_home_m: 30,
+    height_above_ground_m: null,
     ground_speed_mps: 4,
     climb_rate_mps: 0,
     heading_deg: 90,

@@ -50,6 +50,7 @@ class VehicleConverter:
             position_age_s=_age_of(vehicle, state.position_at_s),
             altitude_amsl_m=rounded(state.position.altitude_amsl_m, 2) if state.position else None,
             height_above_home_m=rounded(state.height_above_home_m, 2),
+            height_above_ground_m=rounded(vehicle.height_above_ground_m, 2),
             ground_speed_mps=rounded(math.hypot(*velocity_enu_mps[:2]), 1) if velocity_enu_mps else None,
             climb_rate_mps=rounded(velocity_enu_mps[2], 1) if velocity_enu_mps else None,
             heading_deg=round(math.degrees(state.heading_rad), 1) % 360.0 if state.heading_rad is not None else None,

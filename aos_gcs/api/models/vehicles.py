@@ -59,6 +59,9 @@ class VehicleModel(WireModel):
     position_age_s: float | None
     altitude_amsl_m: float | None
     height_above_home_m: float | None
+    height_above_ground_m: float | None = Field(
+        description="Above the highest ground about it, by the elevation model; null without one."
+    )
     ground_speed_mps: float | None
     climb_rate_mps: float | None
     heading_deg: float | None = Field(description="Clockwise from true north, [0, 360).")

@@ -12,6 +12,7 @@ from aos_gcs.mission.fleet.accuracy_watch import AccuracyWatch
 from aos_gcs.mission.fleet.altitude_watch import AltitudeWatch
 from aos_gcs.mission.fleet.condition import MAX_BATTERY_AGE_S, ConditionWatch
 from aos_gcs.mission.fleet.energy import time_home_s
+from aos_gcs.mission.fleet.ground_watch import GroundWatch
 from aos_gcs.mission.fleet.link_watch import LinkWatch
 from aos_gcs.mission.fleet.proximity import ProximityWatch
 from aos_gcs.mission.fleet.return_and_land import ReturnAndLand
@@ -58,6 +59,7 @@ class Monitor:
         self._proximity = ProximityWatch(context.roster, context.clock, context.journal, self._accuracy)
         self._altitudes = AltitudeWatch(context.roster, context.clock, context.journal)
         self._accuracies = AccuracyWatch(context.roster, context.clock, context.journal)
+        self._heights = GroundWatch(context.roster, context.clock, context.journal)
         self._wrong_altitudes: dict[int, str] = {}
         """Reason to leave by vehicle, for those that are or may be at another height than reported."""
         self._condition = ConditionWatch(context.roster, context.clock, context.journal)
@@ -161,6 +163,7 @@ class Monitor:
             spacing_m = context.settings.flight.layer_spacing_m
             inaccurate = self._accuracies.look(limits.separation_m, spacing_m)
             self._wrong_altitudes = inaccurate | self._altitudes.look(limits.separation_m, spacing_m)
+        self._heights.look(limits, context.flight.ground)
 
     def _measure_battery(self, member: Member) -> None:
         if not member.airborne:

@@ -53,6 +53,8 @@ class Member:
     """Error of its height that was found in flight; 0 while there is none."""
     is_inaccurate: bool = False
     """Whether its altitude was found less accurate in flight than the altitude layers bear."""
+    height_above_ground_m: float | None = None
+    """Height above the highest ground about it, by the elevation model; None where that is not known."""
     former_takeover: str = ""
     """What showed that it was taken over before its flight was taken up; empty once it is ours again."""
     former_has_pilot: bool = False
@@ -371,6 +373,7 @@ class Roster:
             takes_part=member.takes_part,
             home_enu_m=None if member.home_enu_m is None else as_enu_point(member.home_enu_m),
             altitude_offset_m=member.altitude_offset_m,
+            height_above_ground_m=member.height_above_ground_m,
         )
 
 

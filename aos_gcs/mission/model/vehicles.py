@@ -77,3 +77,5 @@ class VehicleSnapshot:
     """Launch point; None before it is known, and in older records."""
     altitude_offset_m: float = 0.0
     """Altitude that it reports minus the one above the datum that all share."""
+    height_above_ground_m: float | None = None
+    """Height above the highest ground about it, by the elevation model; None without one, and in older records."""

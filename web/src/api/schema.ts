@@ -2072,6 +2072,11 @@ export interface components {
        * @description Clockwise from true north, [0, 360).
        */
       heading_deg: number | null;
+      /**
+       * Height Above Ground M
+       * @description Above the highest ground about it, by the elevation model; null without one.
+       */
+      height_above_ground_m: number | null;
       /** Height Above Home M */
       height_above_home_m: number | null;
       home: components["schemas"]["PositionModel"] | null;

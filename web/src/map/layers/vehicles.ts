@@ -6,7 +6,7 @@
  */
 import type { ExpressionSpecification } from "maplibre-gl";
 import type { Vehicle } from "../../api/types";
-import { quantity } from "../../format";
+import { heightWords } from "../../state/heights";
 import { isStale } from "../../state/freshness";
 import { addArrows, arrowName } from "../arrows";
 import { enu, feature, point } from "../geojson";
@@ -41,8 +41,8 @@ export function isProminent(vehicle: Vehicle, { selected }: Scene): boolean {
 }
 
 /** Height with the vehicle's number, because a neighbour may be as near; empty on the ground. */
-export function heightText({ vehicle_id: id, landed, height_above_home_m: height_m }: Vehicle): string {
-  return landed === "on_ground" ? "" : `${id}: ${quantity(height_m, 0, "m")}`;
+export function heightText(vehicle: Vehicle): string {
+  return vehicle.landed === "on_ground" ? "" : `${vehicle.vehicle_id}: ${heightWords(vehicle)}`;
 }
 
 /** Values that vehicle labels depend on. */

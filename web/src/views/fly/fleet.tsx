@@ -5,6 +5,7 @@ import { age, gpsFix, quantity, UNKNOWN } from "../../format";
 import { vehicleColour } from "../../map/palette";
 import { useShell } from "../../shell/context";
 import { isStale, linkAge_s } from "../../state/freshness";
+import { allHeights, heightWords } from "../../state/heights";
 import { extend, toggle } from "../../state/selection";
 import { texts } from "../../texts";
 import { Panel } from "../../ui/panel";
@@ -108,7 +109,9 @@ function Row({ vehicle, snapshotAge_s, isSelected, onPick }: RowProps) {
       >
         {age_s === null ? texts.fleet.neverHeard : linkWords(age_s, loss, vehicle.link?.round_trip_ms ?? null)}
       </td>
-      <Quantity value={vehicle.height_above_home_m} decimals={1} unit="m" testId={`height-${id}`} />
+      <td class="number" title={allHeights(vehicle)} data-testid={`height-${id}`}>
+        {vehicle.height_above_home_m === null ? <NoData /> : heightWords(vehicle)}
+      </td>
       <td class={`col-message ${problem ? "is-warning" : ""}`} title={problem}>
         {problem}
       </td>
@@ -118,18 +121,12 @@ function Row({ vehicle, snapshotAge_s, isSelected, onPick }: RowProps) {
 
 interface QuantityProps {
   value: number | null;
-  decimals?: number;
   unit: string;
-  isBad?: boolean;
-  testId?: string;
+  isBad: boolean;
 }
 
-function Quantity({ value, decimals = 0, unit, isBad = false, testId }: QuantityProps) {
-  return (
-    <td class={`number ${isBad ? "is-bad" : ""}`} data-testid={testId}>
-      {value === null ? <NoData /> : quantity(value, decimals, unit)}
-    </td>
-  );
+function Quantity({ value, unit, isBad }: QuantityProps) {
+  return <td class={`number ${isBad ? "is-bad" : ""}`}>{value === null ? <NoData /> : quantity(value, 0, unit)}</td>;
 }
 
 /** Dash with words for screen readers: never reported, which is not zero. */
