@@ -64,7 +64,7 @@ async def test_a_vehicle_of_a_former_flight_is_not_taken_for_whoever_uses_its_id
         assert len(told) == 1
         assert "it flew at 127.0.0.9:9 before this station was restarted" in told[0]
         # It answers no question for its board, and nothing is heard at the former address.
-        await bench.until(lambda: 50 in bench.fleet.vehicles(), 30.0)
+        await bench.until(lambda: 50 in bench.fleet.vehicles())
         assert "HEARTBEAT" in mute.heard
         assert bench.vehicle(1).state.proven == ()
 

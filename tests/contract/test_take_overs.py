@@ -139,7 +139,7 @@ async def test_a_target_of_another_station_is_a_take_over(implementation: str, a
         vehicle = await flown_by_us(bench)
         await bench.clock.sleep(3.0)
         reposition(bench, (20.0, 30.0, 10.0))
-        await bench.until(lambda: bool(vehicle.state.taken_over), 10.0)
+        await bench.until(lambda: bool(vehicle.state.taken_over))
         assert "target of another station" in vehicle.state.taken_over
         with pytest.raises(CommandRefusedError, match="Resume it first"):
             await vehicle.execute(Goto(bench.frame.to_geodetic((0.0, 5.0, 10.0)), 5.0), bench.after(30.0))
@@ -155,7 +155,7 @@ async def test_a_stop_by_another_station_is_a_take_over(implementation: str, aut
             select_mode(bench, CopterMode.BRAKE)
         else:
             reposition(bench, bench.motion(1).position_enu_m)
-        await bench.until(lambda: bool(vehicle.state.taken_over), 10.0)
+        await bench.until(lambda: bool(vehicle.state.taken_over))
 
 
 @each_pair
@@ -164,11 +164,11 @@ async def test_in_a_failsafe_only_return_and_land_are_sent(implementation: str, 
         vehicle = await flown_by_us(bench)
         battery = bench.swarm.vehicle(1).autopilot.battery
         battery.consumed_mah = 0.93 * battery.capacity_mah
-        await bench.until(lambda: vehicle.state.failsafe == "critical", 4.0)
+        await bench.until(lambda: vehicle.state.failsafe == "critical")
         for command in (Goto(bench.frame.to_geodetic((0.0, 90.0, 10.0)), 5.0), Hold()):
             with pytest.raises(CommandRefusedError, match=r"failsafe \(critical\): only return and land"):
                 await vehicle.execute(command, bench.after(30.0))
-        await bench.until(lambda: vehicle.state.mode.value == "return", 10.0)
+        await bench.until(lambda: vehicle.state.mode.value == "return")
         await vehicle.execute(Land(), bench.after(30.0))
 
 
@@ -184,4 +184,4 @@ async def test_a_goto_that_waits_is_given_up_when_a_failsafe_begins(implementati
         battery.consumed_mah = 0.93 * battery.capacity_mah
         with pytest.raises(CommandRefusedError):
             await going
-        await bench.until(lambda: vehicle.state.mode.value == "return", 12.0)
+        await bench.until(lambda: vehicle.state.mode.value == "return")
