@@ -358,7 +358,7 @@ class FakeVehicle:
 
     def _look(self) -> NDArray[np.float32]:
         shape = CAMERA.height_px, CAMERA.width_px
-        image = _ground(self.vehicle_id, self.images).copy()
+        image = _ground(self.vehicle_id, self.images, shape).copy()
         things = [] if self.target_enu_m is None else [(*self.target_enu_m, 28.0)]
         for at_east_m, at_north_m, celsius in (*things, *self.others):
             east_m, north_m, up_m = self.true_enu_m()
@@ -374,11 +374,11 @@ class FakeVehicle:
 
 
 @lru_cache(maxsize=256)
-def _ground(vehicle_id: int, image_index: int) -> NDArray[np.float32]:
+def _ground(vehicle_id: int, image_index: int, shape: tuple[int, int]) -> NDArray[np.float32]:
     """Return the ground as a vehicle sees it in one image, shape (H, W, 4): the same in every mission."""
     rng = np.random.default_rng([vehicle_id, image_index])
     # Twice as fast as rng.normal with these means and deviations, and the same numbers.
-    noise = rng.standard_normal((CAMERA.height_px, CAMERA.width_px, 4))
+    noise = rng.standard_normal((*shape, 4))
     return np.asarray((_MEANS + noise * _DEVIATIONS).astype(np.float32))
 
 
