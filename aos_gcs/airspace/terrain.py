@@ -81,6 +81,10 @@ class GroundRaster:
         cells = self.to_cells.at(np.asarray(places_enu_m, dtype=np.float64))
         return self._bounds(np.floor(cells[:, 0]), np.floor(cells[:, 1]), cells[:, 2])
 
+    def heights_at(self, places_enu_m: FloatArray) -> FloatArray:
+        """Return the middle between both bounds at places, shape (n, 2); NaN where the ground is not known."""
+        return np.asarray(np.mean(self.bounds_at(places_enu_m), axis=0))
+
     def model_height_m(self, place_enu_m: FloatArray) -> float:
         """Return the height of the ground at a place, shape (2,), by the model alone; NaN where it is not known."""
         lowest_m, highest_m = self.bounds_at(place_enu_m[None, :])

@@ -96,7 +96,7 @@ def _judged(frames: Sequence[Frame], blobs: Sequence[MapBlob], uncertainty: Unce
     seen = PersonWatch().look(frames, seen_at_m)
     for height_m, group in by_height.items():
         places = {index: np.array(blob.position_m[:2]) for index, blob in group.items()}
-        watch = seen.on_plane(seen_at_m, height_m)
+        watch = seen.on_plane(height_m)
         for index, judgement in watch.judge(places, height_m, uncertainty).items():
             candidate = _candidate(group[index], judgement.verdict, judgement.place)
             if _counts(candidate):

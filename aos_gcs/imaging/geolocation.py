@@ -30,6 +30,13 @@ from aos_gcs.errors import ConfigurationError, ImagingError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.imaging.model import BlobView
+from aos_gcs.imaging.surfaces.terrain import Terrain
+
+_GROUND_ROUNDS = 6
+"""Rounds in which the place of a target and the height of the ground there come to agree: on a slope of 50 %, seen 30
+degrees off the nadir, each leaves less than a third of the difference."""
+_LEAST_DEPTH_M = 1.0
+"""Height above the ground from which a camera sees it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +102,11 @@ class Geolocation:
 
 
 def geolocate(
-    views: Sequence[BlobView], plane_height_m: float, uncertainty: Uncertainty, speed_mps: float = 0.0
+    views: Sequence[BlobView],
+    plane_height_m: float,
+    uncertainty: Uncertainty,
+    speed_mps: float = 0.0,
+    ground: Terrain | None = None,
 ) -> Geolocation:
     """Return the position of the target that these views show.
 
@@ -104,15 +115,20 @@ def geolocate(
         plane_height_m: ENU height of the focal plane that the views' points lie on; the ground, but for an error.
         uncertainty: see :class:`Uncertainty`.
         speed_mps: how fast cameras may have moved at exposure, in any horizontal direction.
+        ground: see :func:`locate_together`.
 
     Raises:
         ImagingError: if there is no view.
     """
-    return locate_together([views], plane_height_m, uncertainty, speed_mps)[0]
+    return locate_together([views], plane_height_m, uncertainty, speed_mps, ground)[0]
 
 
 def locate_together(
-    targets: Sequence[Sequence[BlobView]], plane_height_m: float, uncertainty: Uncertainty, speed_mps: float = 0.0
+    targets: Sequence[Sequence[BlobView]],
+    plane_height_m: float,
+    uncertainty: Uncertainty,
+    speed_mps: float = 0.0,
+    ground: Terrain | None = None,
 ) -> tuple[Geolocation, ...]:
     """Return where several targets stand, better than one by one where vehicles see more than one of them.
 
@@ -124,6 +140,7 @@ def locate_together(
         plane_height_m: ENU height of the focal plane.
         uncertainty: see :class:`Uncertainty`. Heights are taken as independent from target to target.
         speed_mps: how fast cameras may have moved at exposure, in any horizontal direction.
+        ground: the ground in view, where it is known: targets stand on it, whatever the height of the focal plane.
 
     Raises:
         ImagingError: if a target has no view.
@@ -134,8 +151,13 @@ def locate_together(
         return ()
     views = [view for own in targets for view in own]
     target_of_view = np.repeat(np.arange(len(targets)), [len(own) for own in targets])
-    points_m = np.array([view.point_enu_m for view in views]).reshape(-1, 2)
-    rays_m = np.column_stack((points_m, np.full(len(views), plane_height_m))) - [v.pose.position_enu_m for v in views]
+    cameras_m = np.array([view.pose.position_enu_m for view in views])
+    rays_m = np.column_stack([[view.point_enu_m for view in views], np.full(len(views), plane_height_m)]) - cameras_m
+    heights_m = np.full(len(targets), plane_height_m)
+    if ground is not None:
+        heights_m = _heights_below(ground, cameras_m, rays_m, target_of_view, plane_height_m)
+        rays_m *= ((heights_m[target_of_view] - cameras_m[:, 2]) / rays_m[:, 2])[:, np.newaxis]
+    points_m = (cameras_m + rays_m)[:, :2]
     white_m2, persistent_m2 = _noise_m2(views, target_of_view, rays_m, uncertainty, speed_mps)
     # A view of the point (x, y) at z above the plane meets the plane at (x, y) - slope z.
     blocks = np.zeros((len(views), 2, len(targets), 3))
@@ -153,9 +175,33 @@ def locate_together(
     random_m2 = gain @ white_m2 @ gain.T
     rows_of_target = [slice(3 * target, 3 * target + 3) for target in range(len(targets))]
     return tuple(
-        _on_ground(seen_m, covariance_m2[own, own], random_m2[own, own], plane_height_m, uncertainty)
-        for seen_m, own in zip(seen_enu_m, rows_of_target, strict=True)
+        _on_ground(seen_m, covariance_m2[own, own], random_m2[own, own], float(height_m), uncertainty)
+        for seen_m, own, height_m in zip(seen_enu_m, rows_of_target, heights_m, strict=True)
     )
+
+
+def _heights_below(
+    ground: Terrain,
+    cameras_m: NDArray[np.float64],
+    rays_m: NDArray[np.float64],
+    target_of_view: NDArray[np.intp],
+    plane_height_m: float,
+) -> NDArray[np.float64]:
+    """Return the height of the ground where the lines of sight to each target meet it, shape (targets,).
+
+    Where it is not known, or not below the cameras, the height is that of the focal plane.
+    """
+    counts = np.bincount(target_of_view)
+    lowest_camera_m = np.full(len(counts), np.inf)
+    np.minimum.at(lowest_camera_m, target_of_view, cameras_m[:, 2])
+    heights_m = np.full(len(counts), plane_height_m)
+    for _ in range(_GROUND_ROUNDS):
+        shares = (heights_m[target_of_view] - cameras_m[:, 2]) / rays_m[:, 2]
+        points_m = cameras_m[:, :2] + shares[:, np.newaxis] * rays_m[:, :2]
+        east_m, north_m = (np.bincount(target_of_view, along_m) / counts for along_m in points_m.T)
+        below_m = ground.z_m(east_m, north_m)
+        heights_m = np.where(below_m < lowest_camera_m - _LEAST_DEPTH_M, below_m, plane_height_m)
+    return heights_m
 
 
 def _on_ground(

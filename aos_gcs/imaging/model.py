@@ -116,6 +116,15 @@ class AnomalySource(StrEnum):
     """The integral image; a frame marks every anomalous cell that it covers."""
 
 
+class SurfaceKind(StrEnum):
+    """Surface that a mission's focal plane follows."""
+
+    TERRAIN = "terrain"
+    """The ground of the mission's elevation model, where it has one: each step's plane is as high as it is there."""
+    LEVEL = "level"
+    """The level surface through the origin."""
+
+
 class LeaderCriterion(StrEnum):
     """Measure of a vehicle's share in the visibility (spec, section 2)."""
 

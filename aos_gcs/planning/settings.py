@@ -14,6 +14,7 @@ from aos_gcs.elevation.model import ModelKind
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.imaging.geolocation import Uncertainty
+from aos_gcs.imaging.model import SurfaceKind
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.tracking.tracker import TrackingSettings
 
@@ -247,7 +248,13 @@ class MissionSettings:
     """Return after ``hold_steps`` in FOUND, without an operator, where the search stops at the first person."""
 
     @property
+    def focus_follows_ground(self) -> bool:
+        """Whether the focal plane follows the elevation model: one of what was seen from above shows no ground."""
+        is_of_ground = self.terrain is not None and self.terrain.kind is ModelKind.TERRAIN
+        return is_of_ground and self.imaging.surface is SurfaceKind.TERRAIN
+
+    @property
     def focus_range_m(self) -> tuple[float, float]:
-        """Lowest and greatest height that autofocus may choose."""
+        """Lowest and greatest height, above the surface that the focal plane follows, that autofocus may choose."""
         reach_m = self.autofocus.reach_m
         return self.imaging.plane_height_m - reach_m, self.imaging.plane_height_m + reach_m

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from pathlib import Path
 from typing import Any
@@ -14,12 +15,16 @@ pytest.importorskip("rasterio")
 from aos_gcs.airspace.plans import TrafficSituation, vet_plan
 from aos_gcs.airspace.traffic import WaypointRequest
 from aos_gcs.airspace.waypoints import WaypointVerdict
+from aos_gcs.elevation.model import ModelKind
+from aos_gcs.imaging.model import SurfaceKind
+from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.checks import CheckStatus, PreflightCheck
 from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.preflight import checks
-from aos_gcs.planning.settings import TerrainSettings
+from aos_gcs.mission.search.retrace import Retrace
+from aos_gcs.planning.settings import PreflightSettings, TerrainSettings
 from tests.fakes.fleet import ORIGIN
 from tests.fakes.mission_flight import Flight, flying, prepare
 from tests.fakes.relief import Relief, hill, level, terrain, write_relief
@@ -132,3 +137,55 @@ async def test_returns_and_landings_below_the_floor_are_none(tmp_path: Path) -> 
         await run
     assert {vehicle.task for vehicle in flight.view.snapshot().vehicles} == {Task.LANDED}
     assert not any("below the floor" in text for text in flight.texts())
+
+
+RISE = 0.05
+"""Of the ground, metres per metre to the north."""
+RETURNING = PreflightSettings(upload_fence=True, set_return_height=True)
+"""Vehicles return above the ground."""
+
+
+def rising(_east: np.ndarray, north: np.ndarray) -> np.ndarray:
+    return RISE * north
+
+
+async def test_the_focal_plane_is_that_of_the_ground_below_the_swarm_then_at_the_target(tmp_path: Path) -> None:
+    flight = prepare(n=4, terrain=model(tmp_path, rising), preflight=RETURNING)
+    async with flying(flight) as run:
+        await flight.until(lambda: flight.mission.phase is Phase.SCAN and flight.view.snapshot().step > 1)
+        swarm_m = np.mean([frame.position.latitude_deg for step, frame in flight.recorder.frames if step == 1])
+        north_m = (swarm_m - ORIGIN.latitude_deg) * math.pi / 180.0 * 6_367_000.0
+        assert flight.view.steps()[0].focal_height_m == pytest.approx(RISE * north_m, abs=0.15)
+        assert await run is Outcome.FOUND
+    target = flight.view.snapshot().target
+    assert target is not None
+    assert flight.view.steps()[-1].focal_height_m == pytest.approx(RISE * target.position_enu_m[1], abs=0.2)
+
+
+@pytest.mark.parametrize(
+    ("kind", "surface"), [(ModelKind.SURFACE, SurfaceKind.TERRAIN), (ModelKind.TERRAIN, SurfaceKind.LEVEL)]
+)
+async def test_the_focal_plane_stays_level_over_treetops_and_on_request(
+    tmp_path: Path, kind: ModelKind, surface: SurfaceKind
+) -> None:
+    imaging = ImagingSettings(rx_quantile=0.998, plane_height_m=0.5, surface=surface)
+    flight = prepare(n=4, target=None, imaging=imaging, terrain=model(tmp_path, rising, kind=kind), preflight=RETURNING)
+    async with flying(flight) as run:
+        await flight.until(lambda: flight.view.snapshot().step > 2)
+        await flight.commands.act(Action.ABORT, None)
+        await run
+    assert {step.focal_height_m for step in flight.view.steps()} == {0.5}
+
+
+async def test_a_missions_decisions_over_relief_are_made_again_from_its_record(tmp_path: Path) -> None:
+    flight = prepare(n=4, terrain=model(tmp_path, rising), preflight=RETURNING)
+    async with flying(flight) as run:
+        assert await run is Outcome.FOUND
+    recorder = flight.recorder
+    retrace = Retrace(recorder.searches[0])
+    for step, decision in sorted(recorder.decisions.items()):
+        captures = [frame for number, frame in recorder.frames if number == step]
+        again = retrace.decide(decision, captures)
+        assert again.record.target_enu_m == recorder.steps[step].target_enu_m
+        if step in recorder.conclusions:
+            assert retrace.conclude(recorder.conclusions[step]).targets == recorder.conclusions[step].targets

@@ -36,6 +36,11 @@ def test_it_follows_terrain_that_rises_slowly() -> None:
     assert track.height_m == pytest.approx(3.9, abs=0.5)
 
 
+def test_an_operators_height_stays_where_others_count_from_elsewhere() -> None:
+    track = overridden(FocusTrack(1.0, 0.5), 4.0).moved(7.0)
+    assert (track.height_m, track.focal_height_m) == (8.0, 4.0)
+
+
 def test_one_wrong_result_is_doubted() -> None:
     track = update_focus(FocusTrack(2.0, 0.2), found(12.0))
     assert track.height_m == 2.0

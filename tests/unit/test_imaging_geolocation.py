@@ -18,6 +18,7 @@ from aos_gcs.geometry.poses import Pose, nadir_pose
 from aos_gcs.geometry.projection import intersect_plane, project_points
 from aos_gcs.imaging.geolocation import Uncertainty, geolocate, locate_together, pixel_jacobian, pose_jacobian
 from aos_gcs.imaging.model import BlobView
+from aos_gcs.imaging.surfaces.terrain import Terrain
 
 CAMERA = CameraModel.from_fov(512, 512, math.radians(50.0))
 PERFECT = Uncertainty(0.0, 0.0, 0.0, 0.0, 0.0, pixel_px=0.0, focal_height_m=0.0, target_height_sigma_m=0.0)
@@ -241,3 +242,39 @@ def test_a_target_without_views_is_refused() -> None:
 def test_values_out_of_range_are_refused_by_name(wrong: dict[str, float]) -> None:
     with pytest.raises(ConfigurationError, match=next(iter(wrong))):
         Uncertainty(**wrong)
+
+
+SLOPE = 0.2
+
+
+def slope(up_m: float = 0.0) -> Terrain:
+    """Return ground that rises by 20 % to the north, 40 m to each side of the origin."""
+    north_m = np.arange(-40.0, 41.0, 2.0)
+    return Terrain(-40.0, -40.0, 2.0, np.repeat(up_m + SLOPE * north_m[:, np.newaxis], len(north_m), axis=1))
+
+
+def views_of(seen_enu_m: tuple[float, float, float], plane_height_m: float) -> list[BlobView]:
+    """Return views from south and east, on a plane that may lie far above or below what they see."""
+    poses = [nadir_pose([east_m, -12.0, 35.0]) for east_m in (-4.0, 2.0, 8.0)]
+    return [
+        view(number, pose, project_points([seen_enu_m], CAMERA, pose), plane_height_m)
+        for number, pose in enumerate(poses)
+    ]
+
+
+@pytest.mark.parametrize("plane_height_m", [-3.0, 0.0, 4.0])
+def test_targets_stand_on_the_ground_in_view_whatever_the_plane(plane_height_m: float) -> None:
+    settings = dataclasses.replace(PERFECT, target_height_m=0.6, target_height_sigma_m=0.4, focal_height_m=1.0)
+    places_m = [(-2.0, -15.0), (1.0, 2.0)]
+    targets = [views_of((*place_m, SLOPE * place_m[1] + 0.6), plane_height_m) for place_m in places_m]
+    located = locate_together(targets, plane_height_m, settings, ground=slope())
+    for found, place_m in zip(located, places_m, strict=True):
+        np.testing.assert_allclose(found.position_enu_m, (*place_m, SLOPE * place_m[1]), atol=0.05)
+
+
+def test_where_the_ground_is_not_known_or_above_the_cameras_targets_stand_on_the_plane() -> None:
+    views = views_of((1.0, 2.0, 0.6), 0.0)
+    on_plane = geolocate(views, 0.0, Uncertainty()).position_enu_m
+    holed = dataclasses.replace(slope(), heights_m=np.where(np.eye(41) > 0, 0.0, np.nan))
+    for ground in (holed, slope(up_m=60.0)):
+        np.testing.assert_array_equal(geolocate(views, 0.0, Uncertainty(), ground=ground).position_enu_m, on_plane)

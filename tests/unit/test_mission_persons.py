@@ -211,3 +211,13 @@ def test_lines_to_what_is_no_person_yet_are_noted_for_the_time_when_it_is_taken_
     watch, judgements = watch_persons(watch, persons, 0.0, {7: PLACE_ENU_M}, Uncertainty())
     assert judgements[7].verdict.kind is FindingKind.PERSON
     assert watch.lines[7].count == 6
+
+
+def test_what_was_seen_before_is_moved_to_the_plane_of_the_latest_step() -> None:
+    """Points of two planes, 2 m apart, are of one body only on one plane."""
+    before = PersonWatch().look([person(1), person(2)], 20.0)
+    watch = before.look([person(3)], 0.0)
+    afresh = PersonWatch().look([person(1), person(2)], 0.0)
+    for moved, seen in zip(watch.steps[0], afresh.steps[0], strict=True):
+        np.testing.assert_allclose(moved.points_enu_m, seen.points_enu_m, atol=1e-9)
+    assert before.on_plane(0.0).plane_height_m == watch.plane_height_m == 0.0

@@ -41,6 +41,10 @@ class FocusTrack:
         """Height to focus on."""
         return self.height_m if self.override_m is None else self.override_m
 
+    def moved(self, up_m: float) -> FocusTrack:
+        """Return the track of heights that count from elsewhere; the operator's stays."""
+        return replace(self, height_m=self.height_m + up_m)
+
 
 def update_focus(track: FocusTrack, result: FocusResult, drift_m: float = 0.2) -> FocusTrack:
     """Return the track after one more step (a Kalman filter of a random walk, with a gate).

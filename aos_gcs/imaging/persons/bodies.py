@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from aos_gcs.imaging.geolocation import Geolocation, Uncertainty, locate_together
 from aos_gcs.imaging.persons.evidence import Evidence, gather_evidence
 from aos_gcs.imaging.persons.warm_bodies import LINK_M, WarmView, warm_bodies
+from aos_gcs.imaging.surfaces.terrain import Terrain
 
 MAX_LINES = 600
 """Lines of sight that bodies are located by: the time that it takes grows with their cube. Ten vehicles, three steps
@@ -38,6 +39,7 @@ def find_bodies(
     plane_height_m: float,
     uncertainty: Uncertainty,
     wanted_enu_m: Sequence[NDArray[np.float64]] = (),
+    ground: Terrain | None = None,
 ) -> tuple[Body, ...]:
     """Return the warm bodies that frames show: those at wanted places, then the ones with the most pixels.
 
@@ -46,9 +48,11 @@ def find_bodies(
         plane_height_m: ENU height of the focal plane.
         uncertainty: of the poses, the ground and the bodies.
         wanted_enu_m: places, shape (2,), whose bodies are found however many larger ones there are.
+        ground: the ground in view that bodies are on, where it is known.
     """
     bodies = _within_limit(sorted(warm_bodies(views), key=lambda body: not _is_at_any(body, wanted_enu_m)))
-    places = locate_together([[view.as_blob_view() for view in body] for body in bodies], plane_height_m, uncertainty)
+    lines = [[view.as_blob_view() for view in body] for body in bodies]
+    places = locate_together(lines, plane_height_m, uncertainty, ground=ground)
     return tuple(
         Body(
             gather_evidence(body, views, plane_height_m),

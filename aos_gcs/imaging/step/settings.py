@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.imaging.focal_plane import DEFAULT_MAX_CELLS
-from aos_gcs.imaging.model import AnomalySource, Detector, LeaderCriterion
+from aos_gcs.imaging.model import AnomalySource, Detector, LeaderCriterion, SurfaceKind
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,7 +19,8 @@ class ImagingSettings:
     """
 
     plane_height_m: float = 0.0
-    """ENU height of the horizontal focal plane."""
+    """Height of the horizontal focal plane above the surface that it follows."""
+    surface: SurfaceKind = SurfaceKind.TERRAIN
     detector: Detector | None = None
     """None: chosen by the bands of the frames, see :meth:`detector_of`."""
     anomaly_source: AnomalySource = AnomalySource.MASKS

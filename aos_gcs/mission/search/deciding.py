@@ -21,6 +21,7 @@ from aos_gcs.mission.model.decisions import Situation
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.search.claims import Claims
 from aos_gcs.mission.search.findings import Findings
+from aos_gcs.mission.search.ground_in_view import ground_in_view
 from aos_gcs.mission.search.observing import make_observation
 from aos_gcs.mission.search.persons import Judgement
 from aos_gcs.mission.search.progress import Advance, ScanProgress
@@ -127,7 +128,8 @@ class Decider:
             analysis: analysis of the step's frames.
             ground: ground that the limits of the situation's traffic refer to.
         """
-        in_view = self.tracker.observe(analysis, situation.now_s)
+        terrain = ground_in_view(self._settings, ground, analysis.grid)
+        in_view = self.tracker.observe(analysis, situation.now_s, terrain)
         self._claims.follow()
         if self.tracker.target_walks:
             self._forget()

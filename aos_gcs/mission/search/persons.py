@@ -15,6 +15,7 @@ from aos_gcs.imaging.persons.decision import FindingKind, Verdict, decide
 from aos_gcs.imaging.persons.evidence import NO_TEMPERATURES, nothing_warm
 from aos_gcs.imaging.persons.spots import can_stand_out, relative_view, spot_at
 from aos_gcs.imaging.persons.warm_bodies import LINK_M, WarmView, warm_view
+from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.mission.search.sight_lines import SightLines
 
 KEPT_STEPS = 3
@@ -41,6 +42,8 @@ class PersonWatch:
     steps: tuple[tuple[WarmView, ...], ...] = ()
     lines: Mapping[int, SightLines] = field(default_factory=dict)
     """Lines of sight to warm bodies, by the key of the target: what is taken for a person later has been looked at."""
+    plane_height_m: float = 0.0
+    """Height of the plane that the points of the steps lie on."""
 
     def look(self, frames: Sequence[Frame], plane_height_m: float) -> PersonWatch:
         """Return the watch with what is warm in a step's frames, or stands out where none of them tells temperatures.
@@ -55,19 +58,28 @@ class PersonWatch:
             *(warm_view(frame, plane_height_m) for frame in radiometric),
             *(relative_view(frame, plane_height_m) for frame in plain),
         )
-        return replace(self, steps=(*self.steps, seen)[-KEPT_STEPS:])
+        steps = (*self._steps_on(plane_height_m), seen)[-KEPT_STEPS:]
+        return replace(self, steps=steps, plane_height_m=plane_height_m)
 
     def without_steps(self) -> PersonWatch:
         """Return the watch without what was seen; the lines of sight stay: a body that has moved drops its own."""
         return replace(self, steps=())
 
-    def on_plane(self, height_m: float, plane_height_m: float) -> PersonWatch:
-        """Return the watch on the plane of another height than the one that its steps were looked at."""
-        steps = (tuple(view.on_plane(height_m, plane_height_m) for view in step) for step in self.steps)
-        return PersonWatch(tuple(steps))
+    def on_plane(self, plane_height_m: float) -> PersonWatch:
+        """Return what was seen, without lines of sight, on the plane of another height."""
+        return PersonWatch(self._steps_on(plane_height_m), plane_height_m=plane_height_m)
+
+    def _steps_on(self, plane_height_m: float) -> tuple[tuple[WarmView, ...], ...]:
+        if plane_height_m == self.plane_height_m:
+            return self.steps
+        return tuple(tuple(view.on_plane(self.plane_height_m, plane_height_m) for view in step) for step in self.steps)
 
     def judge(
-        self, places_enu_m: Mapping[int, NDArray[np.float64]], plane_height_m: float, uncertainty: Uncertainty
+        self,
+        places_enu_m: Mapping[int, NDArray[np.float64]],
+        plane_height_m: float,
+        uncertainty: Uncertainty,
+        ground: Terrain | None = None,
     ) -> dict[int, Judgement]:
         """Return what the targets at places, shape (2,), are taken for, by the same keys.
 
@@ -80,15 +92,21 @@ class PersonWatch:
         if not views:
             return {key: Judgement(decide(NO_TEMPERATURES)) for key in places_enu_m}
         if not any(view.radiometric for view in views):
-            spots = ((key, _spot(place, views, plane_height_m, uncertainty)) for key, place in places_enu_m.items())
+            spots = (
+                (key, _spot(place, views, plane_height_m, uncertainty, ground)) for key, place in places_enu_m.items()
+            )
             return {key: judgement for key, judgement in spots if judgement is not None}
         views = [view for view in views if view.radiometric]
-        bodies = find_bodies(views, plane_height_m, uncertainty, list(places_enu_m.values()))
+        bodies = find_bodies(views, plane_height_m, uncertainty, list(places_enu_m.values()), ground)
         judged = ((key, _judged(place, bodies, views, plane_height_m)) for key, place in places_enu_m.items())
         return {key: judgement for key, judgement in judged if judgement is not None}
 
     def locate(
-        self, judgements: Mapping[int, Judgement], plane_height_m: float, uncertainty: Uncertainty
+        self,
+        judgements: Mapping[int, Judgement],
+        plane_height_m: float,
+        uncertainty: Uncertainty,
+        ground: Terrain | None = None,
     ) -> tuple[PersonWatch, dict[int, Judgement]]:
         """Return the watch and the judgements of its latest step with persons located by the lines of all steps.
 
@@ -109,7 +127,7 @@ class PersonWatch:
             if judgement.verdict.kind is not FindingKind.PERSON:
                 lines |= dict.fromkeys(keys, former.noted(views, plane_height_m))
                 continue
-            of_body, place = former.extended(views, judgement.place, plane_height_m, uncertainty)
+            of_body, place = former.extended(views, judgement.place, plane_height_m, uncertainty, ground)
             lines |= dict.fromkeys(keys, of_body)
             located |= {key: replace(judgements[key], place=place) for key in keys}
         lines = dict(list(lines.items())[-KEPT_BODIES:])
@@ -122,21 +140,29 @@ def watch_persons(
     plane_height_m: float,
     places_enu_m: Mapping[int, NDArray[np.float64]],
     uncertainty: Uncertainty,
+    *,
+    ground: Terrain | None = None,
 ) -> tuple[PersonWatch, dict[int, Judgement]]:
-    """Return the watch after a step, and its judgement of targets at places."""
+    """Return the watch after a step, and its judgement of targets at places on the ground, where that is known."""
     after = watch.look(frames, plane_height_m)
-    return after.locate(after.judge(places_enu_m, plane_height_m, uncertainty), plane_height_m, uncertainty)
+    judgements = after.judge(places_enu_m, plane_height_m, uncertainty, ground)
+    return after.locate(judgements, plane_height_m, uncertainty, ground)
 
 
 def _spot(
-    place_enu_m: NDArray[np.float64], views: Sequence[WarmView], plane_height_m: float, uncertainty: Uncertainty
+    place_enu_m: NDArray[np.float64],
+    views: Sequence[WarmView],
+    plane_height_m: float,
+    uncertainty: Uncertainty,
+    ground: Terrain | None,
 ) -> Judgement | None:
     evidence, spot = spot_at(place_enu_m, views, plane_height_m)
     if not evidence.frames:
         return None
     if not spot:
         return Judgement(decide(evidence))
-    return Judgement(decide(evidence), geolocate([view.as_blob_view() for view in spot], plane_height_m, uncertainty))
+    lines = [view.as_blob_view() for view in spot]
+    return Judgement(decide(evidence), geolocate(lines, plane_height_m, uncertainty, ground=ground))
 
 
 def _judged(

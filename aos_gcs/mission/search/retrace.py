@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from aos_gcs.airspace.terrain import GroundRaster
 from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.imaging.model import Frame, KeptView, StepAnalysis
 from aos_gcs.imaging.step.analysis import analyse_step
@@ -13,6 +14,7 @@ from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.steps import StepRecord
 from aos_gcs.mission.search.deciding import Decider
 from aos_gcs.mission.search.findings import Findings
+from aos_gcs.mission.search.ground_in_view import ground_in_view
 from aos_gcs.mission.search.ledger import step_record
 from aos_gcs.mission.search.persons import Judgement, PersonWatch, watch_persons
 from aos_gcs.mission.search.sampling import to_frame
@@ -63,6 +65,7 @@ class Retrace:
         self._persons = PersonWatch()
         self._frames: list[Frame] = []
         self._analysis: StepAnalysis | None = None
+        self._ground: GroundRaster | None = None
         self._following = Phase.SCAN
         self.decided = 0
         """Number of decisions made again."""
@@ -92,8 +95,8 @@ class Retrace:
         self._analysis, self._history = analysis, analysis.history
         self._findings.adopt(record.edits)
         self._journal.now_s = situation.now_s
-        ground = ground_of_limits(self._settings.terrain, self._frame.origin, situation.traffic.limits)
-        decision = decider.decide(record.phase, situation, situation.traffic.detours(), analysis, ground)
+        self._ground = ground_of_limits(self._settings.terrain, self._frame.origin, situation.traffic.limits)
+        decision = decider.decide(record.phase, situation, situation.traffic.detours(), analysis, self._ground)
         self._following = decision.following
         self.decided += 1
         return Retraced(
@@ -131,6 +134,7 @@ class Retrace:
                 self._analysis.grid.height_m,
                 tracker.places_enu_m(),
                 self._settings.uncertainty,
+                ground=ground_in_view(self._settings, self._ground, self._analysis.grid),
             )
         following = self._decider.conclude(self._following, judgements)
         targets = tracker.estimates()

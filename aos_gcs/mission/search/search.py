@@ -146,8 +146,10 @@ class Search:
 
     async def _see(self, intake: FrameIntake, taken: Sample) -> tuple[Sample, StepAnalysis | None]:
         """Analyse the frames, and count those that cannot be used as missing; None if that leaves none."""
+        target = self.decider.tracker.estimate()
+        target_enu_m = None if target is None else target.position_enu_m
         try:
-            analysis = await self._vision.see(intake, taken, self._log.begin_analysis())
+            analysis = await self._vision.see(intake, taken, self._log.begin_analysis(), target_enu_m)
         except UnusableFramesError as error:
             return self._sampler.leave_out(self.step, taken, error.reasons), None
         return self._sampler.leave_out(self.step, taken, analysis.skipped), analysis

@@ -14,6 +14,7 @@ import numpy as np
 
 from aos_gcs.imaging.geolocation import Geolocation, Uncertainty, geolocate
 from aos_gcs.imaging.model import BlobView
+from aos_gcs.imaging.surfaces.terrain import Terrain
 
 MAX_LINES = 200
 """Most lines that are kept, evenly from all steps; to locate a body by them takes 20 ms."""
@@ -57,7 +58,12 @@ class SightLines:
         return SightLines(tuple(kept), self.count + len(new))
 
     def extended(
-        self, views: Sequence[BlobView], latest: Geolocation, plane_height_m: float, uncertainty: Uncertainty
+        self,
+        views: Sequence[BlobView],
+        latest: Geolocation,
+        plane_height_m: float,
+        uncertainty: Uncertainty,
+        ground: Terrain | None = None,
     ) -> tuple[SightLines, Geolocation]:
         """Return the lines with those of another step, and the place by all of them.
 
@@ -66,13 +72,11 @@ class SightLines:
             latest: place by the latest steps alone.
             plane_height_m: ENU height of the focal plane that the views' points lie on.
             uncertainty: of the poses, the ground and the body.
+            ground: the ground in view that it is on, where it is known.
         """
         both = self.noted(views, plane_height_m)
-        together = geolocate(
-            [_on_plane(line.view, line.plane_height_m, plane_height_m) for line in both.lines],
-            plane_height_m,
-            uncertainty,
-        )
+        on_plane = [_on_plane(line.view, line.plane_height_m, plane_height_m) for line in both.lines]
+        together = geolocate(on_plane, plane_height_m, uncertainty, ground=ground)
         if _distance_m(together, latest) > MOVED_SIGMAS * _sigma_m(latest):
             return SightLines(count=self.count).noted(views, plane_height_m), latest
         return both, min(together, latest, key=_sigma_m)

@@ -14,6 +14,7 @@ from aos_gcs.geometry.geodesy import EnuPoint
 from aos_gcs.imaging.geolocation import Geolocation, locate_together
 from aos_gcs.imaging.model import FocalGrid, StepAnalysis
 from aos_gcs.imaging.persons.decision import CLAIMED, DECISION, FindingKind, Verdict, pooled
+from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.mission.model.findings import ErrorEllipse, TargetEstimate
 from aos_gcs.mission.search.persons import Judgement
 from aos_gcs.mission.search.same_body import SAME_PLACE_M
@@ -108,11 +109,14 @@ class TargetTracker:
         """Whether the target more likely moves than stays."""
         return self._target is not None and self._target.walking_share > 0.5
 
-    def observe(self, analysis: StepAnalysis, now_s: float) -> bool:
-        """Update the tracks by a step's analysis and return whether a target is in view; settled places have none."""
+    def observe(self, analysis: StepAnalysis, now_s: float, ground: Terrain | None = None) -> bool:
+        """Update the tracks by a step's analysis and return whether a target is in view; settled places have none.
+
+        Targets are on the ground in view, where that is known; else on the focal plane.
+        """
         sightings = [seen for seen in analysis.sightings if seen.blob.area_m2 >= self._detection.threshold_m2]
         lines = [seen.views for seen in sightings]
-        places = locate_together(lines, analysis.grid.height_m, self._uncertainty, self._speed_mps)
+        places = locate_together(lines, analysis.grid.height_m, self._uncertainty, self._speed_mps, ground)
         self._tracks, track_ids = observe(
             self._tracks,
             [_measurement(place) for place in places],

@@ -22,6 +22,7 @@ from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.handler_watch import WORK_S, sign_of_life
 from aos_gcs.mission.journal import Recorder
 from aos_gcs.mission.model.steps import FocusSnapshot, FocusSource
+from aos_gcs.mission.search.ground_in_view import ground_in_view
 from aos_gcs.mission.search.intake import FrameIntake, open_intake
 from aos_gcs.mission.search.persons import Judgement, PersonWatch, watch_persons
 from aos_gcs.mission.search.sampling import Sample
@@ -47,6 +48,9 @@ class Vision:
         self._context = context
         self._recorder = recorder
         self._focus = overridden(FocusTrack(context.settings.imaging.plane_height_m, math.inf), focus_override_m)
+        """Focal height above the ground, but for the operator's, which is above the origin."""
+        self._ground_m = 0.0
+        """Height of the ground in the latest step; 0 where the focal plane does not follow it."""
         self._reported_height_m = self._focus.height_m
         self._registration = Registration()
         self._history: tuple[KeptView, ...] = ()
@@ -62,8 +66,8 @@ class Vision:
         if track.override_m is not None:
             return FocusSnapshot(track.override_m, FocusSource.OPERATOR, None)
         if math.isinf(track.sigma_m):
-            return FocusSnapshot(track.height_m, FocusSource.CONFIGURED, None)
-        return FocusSnapshot(track.height_m, FocusSource.AUTOFOCUS, track.sigma_m)
+            return FocusSnapshot(self._focal_height_m, FocusSource.CONFIGURED, None)
+        return FocusSnapshot(self._focal_height_m, FocusSource.AUTOFOCUS, track.sigma_m)
 
     @property
     def focus_override_m(self) -> float | None:
@@ -88,7 +92,11 @@ class Vision:
         return open_intake(self._context, self._recorder, step)
 
     async def see(
-        self, intake: FrameIntake, taken: Sample, settled_enu_m: Sequence[tuple[float, float]] = ()
+        self,
+        intake: FrameIntake,
+        taken: Sample,
+        settled_enu_m: Sequence[tuple[float, float]] = (),
+        target_enu_m: Sequence[float] | None = None,
     ) -> StepAnalysis:
         """Analyse the frames of a step; blobs at settled places lead nobody.
 
@@ -96,14 +104,16 @@ class Vision:
             intake: intake of the frames, which is over.
             taken: frames that count.
             settled_enu_m: horizontal places that have been looked at.
+            target_enu_m: place of the target: the focal plane is that of the ground there, not of that below the swarm.
 
         Raises:
             UnusableFramesError: none of the frames can be used.
             WorkerError: they could not be analysed.
         """
         self._reported = [intake.frames[capture.vehicle_id] for capture in taken.captures]
-        imaging = replace(self._context.settings.imaging, plane_height_m=self._focus.focal_height_m)
         placed = self._placed()
+        self._follow_ground([frame.pose.position_enu_m for frame in placed] if target_enu_m is None else [target_enu_m])
+        imaging = replace(self._context.settings.imaging, plane_height_m=self._focal_height_m)
         if imaging.anomaly_source is AnomalySource.MASKS:
             examined = [replace(intake.examined(frame.vehicle_id), pose=frame.pose) for frame in placed]
             analysis = await self._run(analyse_examined, examined, imaging, self._history, settled_enu_m)
@@ -155,8 +165,26 @@ class Vision:
         self, analysis: StepAnalysis, places_enu_m: Mapping[int, NDArray[np.float64]]
     ) -> tuple[PersonWatch, dict[int, Judgement]]:
         usable = self.frames(analysis)
-        uncertainty = self._context.settings.uncertainty
-        return await self._run(watch_persons, self._persons, usable, analysis.grid.height_m, places_enu_m, uncertainty)
+        settings, grid = self._context.settings, analysis.grid
+        ground = ground_in_view(settings, self._context.flight.ground, grid)
+        return await self._run(
+            watch_persons, self._persons, usable, grid.height_m, places_enu_m, settings.uncertainty, ground=ground
+        )
+
+    @property
+    def _focal_height_m(self) -> float:
+        track = self._focus
+        return self._ground_m + track.height_m if track.override_m is None else track.override_m
+
+    def _follow_ground(self, places_enu_m: Sequence[Sequence[float] | NDArray[np.float64]]) -> None:
+        """Note the mean height of the ground at places; where none of it is known, the former one stays."""
+        ground = self._context.flight.ground
+        if ground is None or not self._context.settings.focus_follows_ground:
+            return
+        heights_m = ground.heights_at(np.array([place_m[:2] for place_m in places_enu_m]))
+        known_m = heights_m[np.isfinite(heights_m)]
+        if known_m.size:
+            self._ground_m = float(known_m.mean())
 
     async def _run(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
         sign_of_life(WORK_S)
@@ -195,13 +223,13 @@ class Vision:
         usable = self.frames(analysis)
         in_view = analysis.blob is not None and analysis.visibility_m2 >= settings.detection.threshold_m2
         target_enu_m = analysis.blob.centroid_enu_m if analysis.blob is not None and in_view else None
-        low_m, high_m = settings.focus_range_m
-        after = await self._run(follow_focus, before, usable, target_enu_m, low_m, high_m)
+        ground_m = self._ground_m
+        low_m, high_m = (ground_m + height_m for height_m in settings.focus_range_m)
+        found = await self._run(follow_focus, before.moved(ground_m), usable, target_enu_m, low_m, high_m)
         # The operator may have set a height meanwhile.
-        self._focus = replace(after, override_m=self._focus.override_m)
+        after = self._focus = replace(found.moved(-ground_m), override_m=self._focus.override_m)
         if abs(after.height_m - self._reported_height_m) >= _REPORTED_CHANGE_M:
             self._reported_height_m = after.height_m
-            self._context.journal.notice(
-                Severity.INFO,
-                f"Autofocus: focal plane at {after.height_m:.1f} m, ± {after.sigma_m:.1f} m",
-            )
+            above = " above the ground" if settings.focus_follows_ground else ""
+            text = f"Autofocus: focal plane at {after.height_m:.1f} m{above}, ± {after.sigma_m:.1f} m"
+            self._context.journal.notice(Severity.INFO, text)
