@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
-import os
 import random
 import socket
 from collections.abc import Callable
@@ -13,8 +11,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.links.address import PeerAddress
 from aos_drivers.links.framing import FrameParser
-from aos_drivers.links.intake import MAX_DATAGRAM_BYTES, Intake, PeerIntake
-from aos_drivers.links.opener import UdpEndpoint
+from aos_drivers.links.intake import Intake, PeerIntake
 from aos_drivers.links.overload import OverloadWatch, dropped_datagrams, drops_in, inode_of
 from aos_drivers.mavlink.session import MavlinkSession
 from tests.fakes.mavlink_vehicle import FakeVehicle
@@ -95,44 +92,6 @@ def test_ever_new_addresses_are_admitted_slowly() -> None:
     assert admitted <= 1024
     assert not intake.admits(20, VEHICLE, None, 1.001)
     assert intake.admits(20, VEHICLE, None, 2.0)
-
-
-def test_a_datagram_larger_than_any_bundle_of_packets_is_dropped() -> None:
-    received: list[bytes] = []
-    endpoint = UdpEndpoint(0, lambda data, _peer: received.append(data), is_connected=False)
-    for size in (MAX_DATAGRAM_BYTES, MAX_DATAGRAM_BYTES + 1, 65_000):
-        endpoint.datagram_received(os.urandom(size), ("10.6.6.6", 1))
-    assert [len(data) for data in received] == [MAX_DATAGRAM_BYTES]
-
-
-async def test_datagrams_that_wait_are_read_together_and_not_without_end() -> None:
-    received: list[tuple[bytes, PeerAddress]] = []
-    rounds = list[int]()
-    loop = asyncio.get_running_loop()
-
-    class Noting(UdpEndpoint):
-        def datagram_received(self, data: bytes, addr: tuple[str, int]) -> None:
-            before = len(received)
-            super().datagram_received(data, addr)
-            rounds.append(len(received) - before)
-
-    transport, _ = await loop.create_datagram_endpoint(
-        lambda: Noting(3, lambda data, peer: received.append((data, peer)), is_connected=False),
-        local_addr=("127.0.0.1", 0),
-    )
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
-        sender.connect(transport.get_extra_info("sockname"))
-        for number in range(40):
-            sender.send(bytes([number]))
-        sender.send(bytes(MAX_DATAGRAM_BYTES + 1))
-        sender.send(b"last")
-        while len(received) < 41:  # noqa: ASYNC110 - nothing announces it
-            await asyncio.sleep(0)
-        peer = PeerAddress(3, *sender.getsockname())
-    transport.close()
-    await asyncio.sleep(0)
-    assert received == [*((bytes([number]), peer) for number in range(40)), (b"last", peer)]
-    assert rounds == [33, 8]
 
 
 def test_an_overload_is_reported_as_the_stations_at_most_once_a_minute() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import errno
+import math
 import socket
 from collections.abc import Callable
 from contextlib import AsyncExitStack, suppress
@@ -20,8 +21,10 @@ from aos_gcs.ports import Clock
 _RECEIVE_BUFFER_BYTES = 1024 * 1024
 """About a second of a hundred vehicles: a station that cannot keep up loses packets, and shows no old ones."""
 _SEND_BUFFER_BYTES = 256 * 1024
-_MORE_AT_ONCE = 32
-"""Datagrams that are read behind one; then other work has its turn."""
+_PAUSE_S = 0.005
+"""Time between two looks at a socket, when datagrams come closer together than this."""
+_MOST_AT_ONCE = 32
+"""Datagrams that are read in one go; then other work has its turn."""
 _RECONNECT_PAUSE_S = 2.0
 _CONNECT_TIMEOUT_S = 5.0
 
@@ -40,8 +43,8 @@ class Endpoint(Protocol):
 class UdpEndpoint(asyncio.DatagramProtocol):
     """A bound (``udpin``) or connected (``udpout``) UDP socket.
 
-    asyncio goes round the event loop for each datagram, which takes as long as reading its packets, while those of a
-    large fleet overflow the socket. What waits behind a datagram is therefore read at once.
+    To wake up takes longer than to read a packet. When datagrams come close together, asyncio, which wakes up for each
+    one, is therefore paused, and they are read together every few milliseconds until none has come.
     """
 
     def __init__(self, link: int, receive: Receiver, is_connected: bool) -> None:
@@ -50,29 +53,58 @@ class UdpEndpoint(asyncio.DatagramProtocol):
         self._is_connected = is_connected
         self._transport: asyncio.DatagramTransport | None = None
         self._socket: socket.socket | None = None
+        self._came_at_s = -math.inf
+        self._next_read: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: asyncio.DatagramTransport) -> None:  # type: ignore[override]
         """See asyncio."""
         self._transport = transport
-        # asyncio lends its socket for its options only; a copy can be read.
-        copy = getattr(transport.get_extra_info("socket"), "dup", None)
-        self._socket = None if copy is None else copy()
+        # asyncio's own transports can be paused; only their abstract class cannot, and other loops' may not.
+        if hasattr(transport, "pause_reading"):
+            # asyncio lends its socket for its options only; a copy can be read.
+            self._socket = transport.get_extra_info("socket").dup()
 
     def connection_lost(self, exc: Exception | None) -> None:  # noqa: ARG002 - asyncio's own
         """See asyncio."""
+        if self._next_read is not None:
+            self._next_read.cancel()
         if self._socket is not None:
             self._socket.close()
             self._socket = None
 
     def datagram_received(self, data: bytes, addr: tuple[str, int]) -> None:
         """See asyncio."""
+        if self._socket is not None:
+            now_s = asyncio.get_running_loop().time()
+            if now_s - self._came_at_s < _PAUSE_S:
+                self._transport.pause_reading()  # type: ignore[union-attr]
+                self._read_after(_PAUSE_S, self._socket)
+            self._came_at_s = now_s
         self._take(data, addr)
-        for _ in range(_MORE_AT_ONCE if self._socket is not None else 0):
+
+    def _read_after(self, pause_s: float, source: socket.socket) -> None:
+        self._next_read = asyncio.get_running_loop().call_later(pause_s, self._read, source)
+
+    def _read(self, source: socket.socket) -> None:
+        """Read what has come; when nothing has, let asyncio wait for the next datagram."""
+        taken = _MOST_AT_ONCE  # after an error, which is that of one datagram, go on with those behind it
+        try:
+            taken = self._take_waiting(source)
+        finally:
+            if taken:
+                self._read_after(_PAUSE_S if taken < _MOST_AT_ONCE else 0.0, source)
+            else:
+                self._transport.resume_reading()  # type: ignore[union-attr]
+
+    def _take_waiting(self, source: socket.socket) -> int:
+        """Pass on the datagrams that wait, up to ``_MOST_AT_ONCE``, and return how many these were."""
+        for taken in range(_MOST_AT_ONCE):
             try:
-                data, addr = self._socket.recvfrom(MAX_DATAGRAM_BYTES + 1)  # type: ignore[union-attr]
+                data, address = source.recvfrom(MAX_DATAGRAM_BYTES + 1)
             except OSError:
-                return  # nothing waits, or a peer is unreachable: the next datagram comes as this one did
-            self._take(data, addr)
+                return taken  # nothing waits, or a peer is unreachable: what waits behind that is read later
+            self._take(data, address)
+        return _MOST_AT_ONCE
 
     def _take(self, data: bytes, address: tuple[str, int]) -> None:
         """Pass on a datagram; those larger than any bundle of packets are dropped."""

@@ -1,0 +1,182 @@
+"""Reading of UDP links: datagrams that come close together are read together."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import pytest
+
+from aos_drivers.links.address import PeerAddress
+from aos_drivers.links.intake import MAX_DATAGRAM_BYTES
+from aos_drivers.links.opener import UdpEndpoint
+
+
+def test_a_datagram_larger_than_any_bundle_of_packets_is_dropped() -> None:
+    received: list[bytes] = []
+    endpoint = UdpEndpoint(0, lambda data, _peer: received.append(data), is_connected=False)
+    for size in (MAX_DATAGRAM_BYTES, MAX_DATAGRAM_BYTES + 1, 65_000):
+        endpoint.datagram_received(bytes(size), ("10.6.6.6", 1))
+    assert [len(data) for data in received] == [MAX_DATAGRAM_BYTES]
+
+
+async def test_all_datagrams_are_read_in_order_but_for_oversized_ones() -> None:
+    received: list[tuple[bytes, PeerAddress]] = []
+    transport, _ = await asyncio.get_running_loop().create_datagram_endpoint(
+        lambda: UdpEndpoint(3, lambda data, peer: received.append((data, peer)), is_connected=False),
+        local_addr=("127.0.0.1", 0),
+    )
+    contents = [bytes([number]) for number in range(40)]
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        sender.connect(transport.get_extra_info("sockname"))
+        peer = PeerAddress(3, *sender.getsockname())
+        for last in (b"a", b"b"):
+            for content in (*contents, bytes(MAX_DATAGRAM_BYTES + 1), last):
+                sender.send(content)
+            while not received or received[-1] != (last, peer):  # noqa: ASYNC110 - nothing announces it
+                await asyncio.sleep(0)
+    transport.close()
+    await asyncio.sleep(0)
+    assert received == [(content, peer) for content in (*contents, b"a", *contents, b"b")]
+
+
+class Transport:
+    """What an endpoint asks of asyncio's transport: a socket to read, and whether asyncio reads it, too."""
+
+    def __init__(self, lent: socket.socket) -> None:
+        self.lent = lent
+        self.is_reading = True
+
+    def get_extra_info(self, _name: str) -> socket.socket:
+        return self.lent
+
+    def pause_reading(self) -> None:
+        self.is_reading = False
+
+    def resume_reading(self) -> None:
+        self.is_reading = True
+
+
+@dataclass
+class Exchange:
+    """An endpoint on a socket, and a vehicle that it is connected to."""
+
+    endpoint: UdpEndpoint
+    transport: Transport
+    vehicle: socket.socket
+
+    def deliver(self, *contents: bytes) -> None:
+        """Send to the endpoint; those that wait while asyncio reads are passed on as asyncio does."""
+        for content in contents:
+            self.vehicle.send(content)
+            if self.transport.is_reading:
+                self.endpoint.datagram_received(*self.transport.lent.recvfrom(MAX_DATAGRAM_BYTES))
+
+
+@contextmanager
+def exchange(receive: Callable[[bytes, PeerAddress], None]) -> Iterator[Exchange]:
+    with (
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as lent,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as vehicle,
+    ):
+        for each in (lent, vehicle):
+            each.bind(("127.0.0.1", 0))
+        lent.connect(vehicle.getsockname())
+        vehicle.connect(lent.getsockname())
+        lent.setblocking(False)
+        endpoint, transport = UdpEndpoint(0, receive, is_connected=True), Transport(lent)
+        endpoint.connection_made(transport)  # type: ignore[arg-type]
+        yield Exchange(endpoint, transport, vehicle)
+        endpoint.connection_lost(None)
+
+
+def collect_errors() -> list[Exception]:
+    """Return the list of errors that the event loop reports from now on."""
+    errors: list[Exception] = []
+    asyncio.get_running_loop().set_exception_handler(lambda _loop, context: errors.append(context["exception"]))
+    return errors
+
+
+@pytest.mark.looptime
+async def test_datagrams_far_apart_are_read_as_they_come() -> None:
+    received: list[bytes] = []
+    with exchange(lambda data, _peer: received.append(data)) as link:
+        for number in range(3):
+            link.deliver(bytes([number]))
+            assert len(received) == number + 1
+            assert link.transport.is_reading
+            await asyncio.sleep(0.006)
+
+
+@pytest.mark.looptime
+async def test_datagrams_close_together_are_read_together_and_not_without_end() -> None:
+    received: list[bytes] = []
+    with exchange(lambda data, _peer: received.append(data)) as link:
+        link.deliver(*(bytes([number]) for number in range(42)))
+        assert len(received) == 2
+        assert not link.transport.is_reading
+        await asyncio.sleep(0.004)
+        assert len(received) == 2
+        await asyncio.sleep(0.001)
+        assert len(received) == 2 + 32
+        await asyncio.sleep(0.0)
+        assert received == [bytes([number]) for number in range(42)]
+        assert not link.transport.is_reading
+        await asyncio.sleep(0.006)
+        assert link.transport.is_reading
+
+
+@pytest.mark.looptime
+async def test_an_error_in_the_handling_of_a_datagram_does_not_end_the_reading() -> None:
+    received: list[bytes] = []
+
+    def receive(data: bytes, _peer: PeerAddress) -> None:
+        if data == b"bad":
+            raise ValueError("an error of ours")
+        received.append(data)
+
+    errors = collect_errors()
+    with exchange(receive) as link:
+        link.deliver(b"a", b"b", b"c", b"bad", b"d")
+        await asyncio.sleep(0.006)
+        assert received == [b"a", b"b", b"c", b"d"]
+        assert list(map(str, errors)) == ["an error of ours"]
+        await asyncio.sleep(0.006)
+        with pytest.raises(ValueError, match="an error of ours"):
+            link.deliver(b"e", b"bad")
+        link.deliver(b"f")
+        await asyncio.sleep(0.006)
+        assert received == [b"a", b"b", b"c", b"d", b"e", b"f"]
+
+
+@pytest.mark.looptime
+async def test_a_vehicle_that_stops_and_starts_again_is_read_again() -> None:
+    received: list[bytes] = []
+    errors = collect_errors()
+    with exchange(lambda data, _peer: received.append(data)) as link:
+        link.deliver(b"a", b"b")
+        address = link.vehicle.getsockname()
+        link.vehicle.close()
+        link.transport.lent.send(b"nobody hears it, and the network says so")
+        await asyncio.sleep(0.006)
+        assert link.transport.is_reading
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as link.vehicle:
+            link.vehicle.bind(address)
+            link.vehicle.connect(link.transport.lent.getsockname())
+            link.deliver(b"c")
+    assert received == [b"a", b"b", b"c"]
+    assert not errors
+
+
+@pytest.mark.looptime
+async def test_a_closed_endpoint_reads_no_more() -> None:
+    received: list[bytes] = []
+    with exchange(lambda data, _peer: received.append(data)) as link:
+        link.deliver(b"a", b"b", b"c")
+        link.endpoint.connection_lost(None)
+        await asyncio.sleep(0.01)
+        assert received == [b"a", b"b"]
+        assert not link.transport.is_reading
