@@ -42,6 +42,8 @@ _ARMING_TEXT_S = 10.0
 _TARGET_IDS = (mavlink.MAVLINK_MSG_ID_POSITION_TARGET_GLOBAL_INT, mavlink.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED)
 _COMING_DOWN = frozenset({FlightMode.RETURN, FlightMode.LAND})
 _HEARTBEAT, _CAMERA_INFORMATION = mavlink.MAVLINK_MSG_ID_HEARTBEAT, mavlink.MAVLINK_MSG_ID_CAMERA_INFORMATION
+_INTRODUCTIONS = frozenset({_HEARTBEAT, _CAMERA_INFORMATION})
+"""Messages by which a camera can be known."""
 _CAMERA_IDS = range(mavlink.MAV_COMP_ID_CAMERA, mavlink.MAV_COMP_ID_CAMERA6 + 1)
 
 
@@ -256,7 +258,7 @@ class VehicleRecord:
     def _find_camera(self, message: mavlink.MAVLink_message) -> None:
         """Take the sender of ``message`` as the camera if it is one; the lowest component id wins."""
         message_id = message.get_msgId()
-        if message_id != _HEARTBEAT and message_id != _CAMERA_INFORMATION:  # noqa: PLR1714 - as fast as can be
+        if message_id not in _INTRODUCTIONS:
             return
         component_id = message.get_srcComponent()
         is_camera = message_id == _CAMERA_INFORMATION or (
