@@ -67,32 +67,24 @@ async def test_a_hold_before_anything_is_heard_is_refused_and_holds_those_found_
         await run
 
 
-async def test_another_order_ends_a_standing_hold() -> None:
+@pytest.mark.parametrize(
+    ("order", "holds"),
+    [((Action.LAND, None), 0), ((Action.HOLD, (1,)), 1)],
+    ids=["land all", "hold one"],
+)
+async def test_a_standing_hold_ends_by_another_order_and_not_by_a_hold_of_one(
+    order: tuple[Action, tuple[int, ...] | None], holds: int
+) -> None:
     flight = in_the_air()
     members = dict(flight.fleet.members)
     flight.fleet.members.pop(4)
     async with flying(flight) as run:
         await flight.clock.sleep(1.0)
         await flight.commands.act(Action.HOLD, None)
-        await flight.commands.act(Action.LAND, None)
+        await flight.commands.act(*order)
         flight.fleet.members.update(members)
         await flight.clock.sleep(3.0)
-        assert Hold not in commands_of(flight)[3]
-        await flight.commands.act(Action.ABORT, None)
-        await run
-
-
-async def test_a_hold_of_one_does_not_end_a_standing_hold() -> None:
-    flight = in_the_air()
-    members = dict(flight.fleet.members)
-    flight.fleet.members.pop(4)
-    async with flying(flight) as run:
-        await flight.clock.sleep(1.0)
-        await flight.commands.act(Action.HOLD, None)
-        await flight.commands.act(Action.HOLD, (1,))
-        flight.fleet.members.update(members)
-        await flight.clock.sleep(3.0)
-        assert commands_of(flight)[3] == [Hold]
+        assert commands_of(flight)[3].count(Hold) == holds
         await flight.commands.act(Action.ABORT, None)
         await run
 
