@@ -13,7 +13,6 @@ import pytest
 pytest.importorskip("rasterio")
 
 from aos_gcs.airspace.plans import TrafficSituation, vet_plan
-from aos_gcs.airspace.traffic import WaypointRequest
 from aos_gcs.airspace.waypoints import WaypointVerdict
 from aos_gcs.elevation.model import ModelKind
 from aos_gcs.imaging.model import SurfaceKind
@@ -28,6 +27,7 @@ from aos_gcs.planning.settings import PreflightSettings, TerrainSettings
 from tests.fakes.fleet import ORIGIN
 from tests.fakes.mission_flight import Flight, flying, prepare
 from tests.fakes.relief import Relief, hill, level, terrain, write_relief
+from tests.fakes.waypoints import request
 
 pytestmark = pytest.mark.looptime
 
@@ -97,16 +97,9 @@ async def test_the_flight_knows_hills_beside_the_plan(tmp_path: Path) -> None:
         assert control.ground is not None
         lowest_m, highest_m = control.ground.bounds_at(np.array([[45.0, 40.0]]))
         assert 30.0 < lowest_m[0] <= highest_m[0] < 41.0
-        request = WaypointRequest(
-            vehicle_id=1,
-            position_enu_m=np.array([0.0, 40.0, 35.0]),
-            requested_enu_m=np.array([45.0, 40.0, 35.0]),
-            link_age_s=0.0,
-            position_age_s=0.0,
-            battery_fraction=None,
-        )
-        situation = TrafficSituation(limits=control.limits, arrival_radius_m=0.5, movable=(request,))
-        (record,) = vet_plan({1: request.requested_enu_m}, situation, control.detours, control.ground)
+        asked = request(1, (0.0, 40.0, 35.0), (45.0, 40.0, 35.0))
+        situation = TrafficSituation(limits=control.limits, arrival_radius_m=0.5, movable=(asked,))
+        (record,) = vet_plan({1: asked.requested_enu_m}, situation, control.detours, control.ground)
         assert record.verdict is WaypointVerdict.SHORTENED
         assert "above the ground at" in record.reason
         await flight.commands.act(Action.ABORT, None)

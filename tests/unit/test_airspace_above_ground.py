@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from aos_gcs.airspace.limits import UNLIMITED, GroundLimits
 from aos_gcs.airspace.terrain import GroundRaster, Polynomials
-from aos_gcs.airspace.traffic import WaypointRequest
 from aos_gcs.airspace.vetting import vet_waypoints
 from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict
+from tests.fakes.waypoints import request
 
 CELL_M = 2.0
 COUNT = 60
@@ -35,15 +35,7 @@ def raster(heights_m: NDArray[np.float64]) -> GroundRaster:
 def vet(
     start_m: tuple[float, float, float], end_m: tuple[float, float, float], ground: GroundRaster | None
 ) -> WaypointRecord:
-    request = WaypointRequest(
-        vehicle_id=1,
-        position_enu_m=np.array(start_m),
-        requested_enu_m=np.array(end_m),
-        link_age_s=0.0,
-        position_age_s=0.0,
-        battery_fraction=None,
-    )
-    (record,) = vet_waypoints([request], [], LIMITS, ground)
+    (record,) = vet_waypoints([request(1, start_m, end_m)], [], LIMITS, ground)
     return record
 
 
@@ -145,13 +137,5 @@ def test_launch_points_that_report_too_much_raise_the_ground() -> None:
 
 def test_without_limits_above_ground_nothing_changes() -> None:
     ground = raster(np.full((COUNT, COUNT), 30.0))
-    request = WaypointRequest(
-        vehicle_id=1,
-        position_enu_m=np.array([0.0, 0.0, 35.0]),
-        requested_enu_m=np.array([9.0, 0.0, 35.0]),
-        link_age_s=0.0,
-        position_age_s=0.0,
-        battery_fraction=None,
-    )
-    (record,) = vet_waypoints([request], [], UNLIMITED, ground)
+    (record,) = vet_waypoints([request(1, (0.0, 0.0, 35.0), (9.0, 0.0, 35.0))], [], UNLIMITED, ground)
     assert record.verdict is WaypointVerdict.SENT
