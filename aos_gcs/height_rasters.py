@@ -25,8 +25,12 @@ def check_file(path: Path, name: str) -> None:
         name: what it is called in errors.
 
     Raises:
-        InputDataError: it is no file.
+        InputDataError: it is no file, or GDAL cannot open files of that name.
     """
+    try:
+        str(path).encode()
+    except UnicodeEncodeError:
+        raise InputDataError(f"{name!a} cannot be read: its name is not UTF-8. Rename it.") from None
     if not path.is_file():
         raise InputDataError(
             f"{name} cannot be read: it is no file." if path.exists() else f"{name} does not exist; check the path."

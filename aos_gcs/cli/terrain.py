@@ -68,7 +68,7 @@ def check(
 ) -> None:
     """Check an elevation model: extent, resolution, datum, holes, and heights where a mission flies.
 
-    Exit code 1 if a place, or part of the search area, has no height.
+    Exit code 1 if a place, or part of the search area, has no height, or there are no heights at all.
     """
     from aos_gcs.elevation.geoid import find_geoid  # noqa: PLC0415 - keeps the other commands' help fast
     from aos_gcs.elevation.model import SURFACE_WARNING, ElevationModel, ModelKind  # noqa: PLC0415

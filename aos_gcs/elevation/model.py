@@ -101,6 +101,7 @@ class ElevationModel:
             )
         pyproj: Any = load_extra("pyproj", "geo", "Reading an elevation model")
         self._to_crs = pyproj.Transformer.from_crs("EPSG:4326", first.horizontal_crs, always_xy=True)
+        self._refuse_places_off_the_earth()
 
     @property
     def paths(self) -> tuple[Path, ...]:
@@ -133,6 +134,16 @@ class ElevationModel:
     def cells(self) -> int:
         """Number of cells of all files."""
         return sum(tile.rows * tile.columns for tile in self._tiles)
+
+    def _refuse_places_off_the_earth(self) -> None:
+        south, west, north, east = bounds_deg = self.bounds_deg()
+        # Longitudes up to 360 degrees stand in models that begin at Greenwich.
+        if not (np.isfinite(bounds_deg).all() and -90.0 <= south < north <= 90.0 and -180.0 <= west < east <= 360.0):
+            raise InputDataError(
+                f"The elevation model {self._tiles[0].path} lies off the earth, at latitudes from {south:g} to "
+                f"{north:g} and longitudes from {west:g} to {east:g} degrees: its coordinates are not those of "
+                f"{self.crs_name}."
+            )
 
     def bounds_deg(self) -> tuple[float, float, float, float]:
         """Return the least latitude and longitude, and the greatest, of all files."""

@@ -62,9 +62,12 @@ class ElevationReport:
 
     @property
     def is_complete(self) -> bool:
-        """Whether all places and all of the area have heights."""
-        return all(place.height_m is not None for place in self.places) and (
-            self.area is None or self.area.unknown == 0
+        """Whether all places and all of the area have heights, and there are heights at all."""
+        is_empty = self.holes is not None and self.holes.count == self.holes.cells
+        return (
+            not is_empty
+            and all(place.height_m is not None for place in self.places)
+            and (self.area is None or self.area.unknown == 0)
         )
 
 

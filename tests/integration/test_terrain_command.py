@@ -77,6 +77,13 @@ def test_a_hole_below_the_area_is_told_and_fails(tmp_path: Path, capsys: pytest.
     assert "search area: 700.0 to 700.0 m" in out
 
 
+def test_a_model_without_heights_fails(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    heights = np.full((120, 100), np.nan, dtype=np.float32)
+    model = write_model(tmp_path / "dtm.tif", "EPSG:32633+5773", heights=heights)
+    assert check(model, "--kind", "terrain") == 1
+    assert "holes: 12,000 cells (100.0%)" in capsys.readouterr().out
+
+
 def test_a_surface_model_is_warned_of(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     model, geoid = write_model(tmp_path / "dsm.tif", "EPSG:4979", cell=5e-5), write_geoid(tmp_path / "geoid.gtx", 45.0)
     assert check(model, "--kind", "surface", "--geoid", geoid, "--at", "47.5,14.25") == 0

@@ -172,6 +172,12 @@ def test_files_that_cannot_be_used_are_refused(tmp_path: Path) -> None:
     with rasterio.open(named, "r+") as dataset:
         dataset.units = ("ft",)
     refused(named, "are in 'ft'")
+    far = write_model(tmp_path / "far.tif", egm96, transform=Affine(5, 0, 9e8, 0, -5, 9e9))
+    refused(far, "lies off the earth, at latitudes from inf")
+    refused(
+        write_model(tmp_path / "pole.tif", "EPSG:4326+5773", transform=Affine(0.5, 0, 14, 0, -0.5, 95)), "to 95 and"
+    )
+    refused(tmp_path / "\udcff.tif", "its name is not UTF-8")
     refused(write_model(tmp_path / "ok.tif", egm96), "is not known", ConfigurationError, crs="EPSG:999999")
     with pytest.raises(InputDataError, match="do not lie on one grid"):
         opened(tmp_path / "ok.tif", write_model(tmp_path / "fine.tif", egm96, cell=2.0))
