@@ -1,5 +1,7 @@
 """Spots at known places, each hidden in most frames, and where their rays meet."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import ArrayLike, NDArray
@@ -7,9 +9,10 @@ from numpy.typing import ArrayLike, NDArray
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose, nadir_pose
 from aos_gcs.geometry.projection import project_points
+from aos_gcs.imaging.focus import autofocus
 from aos_gcs.imaging.focus import region as focus_region
 from aos_gcs.imaging.focus.autofocus import find_focus
-from aos_gcs.imaging.focus.ground import ground_layer, is_among_crowns
+from aos_gcs.imaging.focus.ground import ground_layer, is_among_crowns, is_seen_through
 from aos_gcs.imaging.focus.region import GroundRegion
 from aos_gcs.imaging.focus.spots import Spots, detect_spots, find_spots
 from aos_gcs.imaging.model import Frame
@@ -137,6 +140,47 @@ def test_ground_far_from_the_centre_does_not_tell_the_height_there() -> None:
 @pytest.mark.parametrize(("height_m", "crowns"), [(0.0, False), (11.0, True), (13.0, True)])
 def test_heights_among_crowns_are_told_from_the_ground(height_m: float, *, crowns: bool) -> None:
     assert is_among_crowns(layered((8, 0.0, 0.0), (30, 8.0, 14.0)), height_m) is crowns
+
+
+@pytest.mark.parametrize("up", [1.0, -1.0])
+@pytest.mark.parametrize(
+    ("spots", "height_m", "through"),
+    [
+        pytest.param((2, 0.0, 0.0), 12.0, True, id="two below crowns"),
+        pytest.param((1, 0.0, 0.0), 12.0, False, id="one may be chance"),
+        pytest.param((8, 0.0, 0.0), 0.0, False, id="the ground itself"),
+        pytest.param((8, 9.0, 14.0), 0.0, False, id="crowns above it"),
+    ],
+)
+def test_there_is_nothing_below_the_ground(
+    spots: tuple[int, float, float], height_m: float, *, through: bool, up: float
+) -> None:
+    assert is_seen_through(layered(spots, up=up), up * height_m, np.zeros(2)) is through
+
+
+@pytest.mark.usefixtures("few_points")
+def test_autofocus_does_not_take_for_ground_what_it_sees_through(monkeypatch: pytest.MonkeyPatch) -> None:
+    frames = flight(scattered(40, 12.0, 12.0, 5), 0.7)
+    below: list[Spots] = []
+    monkeypatch.setattr(autofocus, "find_spots", lambda *_: below)
+    assert find_focus(frames, GroundRegion(*BOUNDS_M), 8.0, 16.0).found
+    below.append(layered((2, 0.0, 0.0)))
+    result = find_focus(frames, GroundRegion(*BOUNDS_M), 8.0, 16.0)
+    assert not result.found
+    assert "things are seen far below" in result.reason
+
+
+def test_ground_that_falls_is_not_seen_through() -> None:
+    points_m = scattered(20, 0.0, 0.0, 7)
+    points_m[:, 2] = 0.55 * points_m[:, 0]
+    slope = Spots(points_m, np.full(20, 12.0), np.full(20, 0.2), 1.0)
+    assert not is_seen_through(slope, 0.0, np.zeros(2))
+
+
+@pytest.mark.parametrize("poor", [{"significances": 8.0}, {"sigmas_m": 2.0}])
+def test_spots_by_chance_and_spots_of_unknown_height_are_not_seen_through_it(poor: dict[str, float]) -> None:
+    spots = replace(layered((8, 0.0, 0.0)), **{name: np.full(8, value) for name, value in poor.items()})
+    assert not is_seen_through(spots, 12.0, np.zeros(2))
 
 
 def test_a_world_with_z_down_is_no_different() -> None:

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from aos_gcs.errors import ImagingError
 from aos_gcs.geometry.projection import Plane, project_points
-from aos_gcs.imaging.focus.geometry import FocusGeometry, focus_geometry
-from aos_gcs.imaging.focus.ground import ground_layer, is_among_crowns
+from aos_gcs.imaging.focus.geometry import MAX_SLOPE, FocusGeometry, focus_geometry
+from aos_gcs.imaging.focus.ground import ground_layer, is_among_crowns, is_seen_through
 from aos_gcs.imaging.focus.measure import (
     CORRELATION_AREA_PX,
     Agreement,
@@ -58,8 +58,6 @@ SAME_SIGMAS = 3.0
 SPOTS_STEP_M, MAX_SPOTS_HEIGHTS = 0.5, 240
 SPOTS_MARGIN_M = 4.0
 """Range to each side in which spots are looked for as well, so that what lies there explains their rays."""
-
-MAX_SLOPE = math.tan(math.radians(30.0))
 
 MIN_TILT_GAIN = 3.0
 """Standard deviations of chance by which a tilt must improve the agreement to be taken."""
@@ -169,10 +167,15 @@ def _judged_by_spots(search: _Search, result: FocusResult, low_m: float, high_m:
         confidence = min(ground.significance / SURE_SPOTS, 1.0)
         agreement = float(search.curve([plane], FINEST_REDUCTION).values[0])
         return FocusResult(plane, ground.height_m, confidence, ground.sigma_m, agreement, True, "")
-    if result.found and any(is_among_crowns(spots, result.height_m) for spots in kinds):
+    if not result.found:
+        return result
+    if any(is_among_crowns(spots, result.height_m) for spots in kinds):
         reason = f"what stands out at {result.height_m:.1f} m are crowns, and no ground stands out below them"
-        return replace(result, confidence=0.0, found=False, reason=reason)
-    return result
+    elif any(is_seen_through(spots, result.height_m, centre_m) for spots in kinds):
+        reason = f"things are seen far below {result.height_m:.1f} m, but not enough of them to tell the ground"
+    else:
+        return result
+    return replace(result, confidence=0.0, found=False, reason=reason)
 
 
 def _spots(search: _Search, low_m: float, high_m: float) -> list[Spots]:

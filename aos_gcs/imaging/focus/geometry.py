@@ -13,6 +13,9 @@ from aos_gcs.imaging.focus.measure import MAX_GROUPS
 from aos_gcs.imaging.focus.region import FocusRegion
 from aos_gcs.imaging.model import Frame
 
+MAX_SLOPE = math.tan(math.radians(30.0))
+"""Steepest ground."""
+
 MIN_PARALLAX = 0.1
 """Distance of two cameras, as a share of their distance to the region, from which their frames are compared."""
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from aos_gcs.imaging.focus.geometry import MAX_SLOPE
 from aos_gcs.imaging.focus.spots import Spots
 
 MAX_SPOT_SIGMA_M = 1.5
@@ -44,6 +45,9 @@ MAX_SCATTER = 1.2
 
 CROWNS_SIGNIFICANCE = 80.0
 """Sum over the spots close above a height, or below it, from which it is not the ground: chance alone makes some."""
+
+MIN_SEEN_THROUGH = 2
+"""Spots below any slope of the ground that show that it is lower: there is nothing below it."""
 
 COMMON_SIGMA_M = 0.4
 """Standard deviation of what all spots have in common: errors of the poses, and things higher than the ground."""
@@ -114,6 +118,20 @@ def is_among_crowns(spots: Spots, height_m: float) -> bool:
     above = float(spots.significances[(gaps_m > LOW_M) & (gaps_m < TRUNKS_M)].sum())
     below = float(spots.significances[gaps_m < -LOW_M].sum())
     return max(above, below) >= max(CROWNS_SIGNIFICANCE, MAX_ABOVE * on_it)
+
+
+def is_seen_through(spots: Spots, height_m: float, centre_m: NDArray[np.float64]) -> bool:
+    """Return whether spots beyond chance lie further below a height than the steepest ground falls from there.
+
+    Args:
+        spots: spots of the whole range.
+        height_m: z in question.
+        centre_m: x and y of the region's centre, where that height was found.
+    """
+    sure = (spots.significances >= SEED_SIGNIFICANCE) & (spots.sigmas_m < MAX_SPOT_SIGMA_M)
+    depths_m = spots.up * (height_m - spots.points_m[:, 2])
+    falls_m = MAX_SLOPE * np.linalg.norm(spots.points_m[:, :2] - centre_m, axis=1)
+    return int(np.count_nonzero(sure & (depths_m > falls_m + LOW_M))) >= MIN_SEEN_THROUGH
 
 
 def _plane_about(
