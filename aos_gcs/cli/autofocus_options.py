@@ -108,14 +108,13 @@ class Autofocus:
     def terrain(self, survey: Survey, region: FocusRegion, terrain: Terrain, *, skip_broken: bool) -> Terrain:
         """Return the terrain at the offset that a region is in focus on; the result is printed on standard error.
 
-        Where the frames do not tell the offset, the terrain stays where it is.
+        Where the frames tell little, the offset is small, as the terrain is near the right height to begin with.
         """
         frames = _frames(survey, region, terrain, skip_broken=skip_broken)
         result = find_terrain_focus(frames, region, terrain, self.low_m, self.high_m)
-        if not result.by_frames:
-            typer.echo("autofocus: not found: the frames do not tell the shift of the terrain; it is kept", err=True)
-            return terrain
-        typer.echo(f"autofocus: terrain shifted by {result.offset_m:+.2f} ± {result.sigma_m:.2f} m", err=True)
+        little = "" if result.by_frames else ", mostly by what is known of terrain: the frames tell little"
+        shift = f"{result.offset_m:+.2f} ± {result.sigma_m:.2f} m"
+        typer.echo(f"autofocus: terrain shifted by {shift}{little}", err=True)
         return terrain.moved(result.offset_m)
 
 

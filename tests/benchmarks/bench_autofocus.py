@@ -115,7 +115,7 @@ def recorded_windows() -> None:
             f"{ground_m:.1f}",
             f"{plane.height_m - ground_m:+.2f} ± {plane.sigma_m:.2f}" if plane.found else f"not found: {plane.reason}",
             f"{plane_s:.1f}",
-            f"{terrain.offset_m - TERRAIN_SHIFT_M:+.2f} ± {terrain.sigma_m:.2f}" if terrain.by_frames else "kept",
+            f"{terrain.offset_m - TERRAIN_SHIFT_M:+.2f} ± {terrain.sigma_m:.2f}",
             f"{terrain_s:.1f}",
         )
     CONSOLE.print(f"Recorded flight, windows of {FRAMES} frames; the ground is the terrain {TERRAIN_SHIFT_M:+g} m:")
