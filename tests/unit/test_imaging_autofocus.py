@@ -77,6 +77,12 @@ def test_the_height_of_an_occluded_plane_is_found(height_m: float) -> None:
     assert result.plane == Plane(result.height_m)
 
 
+def test_the_sharpest_peak_is_no_surer_than_poses_are() -> None:
+    result = find_focus(flight(Plane(2.0), share=0.0), REGION, -10.0, 12.0)
+    assert result.confidence > 0.9
+    assert result.sigma_m > 0.4
+
+
 def test_it_is_found_in_a_tilted_view_too() -> None:
     frames = flight(Plane(2.0))
     turn = np.array([[1.0, 0.0, 0.0], [0.0, np.cos(0.3), -np.sin(0.3)], [0.0, np.sin(0.3), np.cos(0.3)]])

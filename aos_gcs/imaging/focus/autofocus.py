@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.errors import ImagingError
 from aos_gcs.geometry.projection import Plane, project_points
-from aos_gcs.imaging.focus.geometry import MAX_SLOPE, FocusGeometry, focus_geometry
+from aos_gcs.imaging.focus.geometry import COMMON_SIGMA_M, MAX_SLOPE, FocusGeometry, focus_geometry
 from aos_gcs.imaging.focus.ground import ground_layer, is_among_crowns, is_seen_through
 from aos_gcs.imaging.focus.measure import (
     CORRELATION_AREA_PX,
@@ -74,7 +74,7 @@ class FocusResult:
     confidence: float
     """0 to 1: how far the peak, or the layer of spots, stands out from chance; less for a rival peak nearly as high."""
     sigma_m: float
-    """Standard deviation of the height; infinite without a peak."""
+    """Standard deviation of the height, errors of the poses included; infinite without a peak."""
     agreement: float
     """Mean correlation of all pairs of frames on the plane."""
     found: bool
@@ -160,7 +160,8 @@ def _judged_by_spots(search: _Search, result: FocusResult, low_m: float, high_m:
     layers = (ground_layer(spots, centre_m) for spots in kinds)
     ground = next((layer for layer in layers if layer is not None and low_m <= layer.height_m <= high_m), None)
     if ground is not None:
-        same_m = SAME_SIGMAS * math.hypot(ground.sigma_m, result.sigma_m)
+        # What both have in common counts once.
+        same_m = SAME_SIGMAS * math.sqrt(ground.sigma_m**2 + result.sigma_m**2 - COMMON_SIGMA_M**2)
         if result.found and abs(result.height_m - ground.height_m) <= same_m:
             return result
         plane = search.plane(ground.height_m)
@@ -338,11 +339,12 @@ def _result(
     sureness = min(max(sureness, 0.0), 1.0)
     found = sureness * distinctness >= MIN_CONFIDENCE
     reason = "another height is about as good" if distinctness < sureness else "the agreement may be chance"
+    chance_m = chosen.half_width_m / math.sqrt(significance) if significance > 0.0 else math.inf
     return FocusResult(
         plane=search.plane(height_m),
         height_m=height_m,
         confidence=sureness * distinctness,
-        sigma_m=chosen.half_width_m / math.sqrt(significance) if significance > 0.0 else math.inf,
+        sigma_m=math.hypot(chance_m, COMMON_SIGMA_M),
         agreement=agreement,
         found=found,
         reason="" if found else reason,

@@ -16,6 +16,9 @@ from aos_gcs.imaging.model import Frame
 MAX_SLOPE = math.tan(math.radians(30.0))
 """Steepest ground."""
 
+COMMON_SIGMA_M = 0.4
+"""Standard deviation of heights by what all frames have in common: errors of the poses, and things on the ground."""
+
 MIN_PARALLAX = 0.1
 """Distance of two cameras, as a share of their distance to the region, from which their frames are compared."""
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from aos_gcs.imaging.focus.geometry import MAX_SLOPE
+from aos_gcs.imaging.focus.geometry import COMMON_SIGMA_M, MAX_SLOPE
 from aos_gcs.imaging.focus.spots import Spots
 
 MAX_SPOT_SIGMA_M = 1.5
@@ -48,9 +48,6 @@ CROWNS_SIGNIFICANCE = 80.0
 
 MIN_SEEN_THROUGH = 2
 """Spots below any slope of the ground that show that it is lower: there is nothing below it."""
-
-COMMON_SIGMA_M = 0.4
-"""Standard deviation of what all spots have in common: errors of the poses, and things higher than the ground."""
 
 MAX_SIGMA_M = 1.0
 """Standard deviation of the height at the region's centre from which on spots elsewhere do not tell it."""
