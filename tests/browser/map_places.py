@@ -33,7 +33,7 @@ class MapPlaces:
     """The map's canvas, with two of its pixels and their places on the map of the world.
 
     The page is asked for latitude and longitude only; from there it is the test's own Web Mercator. Pixels count from
-    the middle of the canvas, which keeps its place when a banner above the map changes the height.
+    the middle of the canvas.
     """
 
     canvas: Locator

@@ -16,6 +16,7 @@ pytestmark = pytest.mark.asyncio(loop_scope="session")
 
 SMALLEST_TARGET_PX = 44
 SCREENS_PX = ((640, 400), (800, 1280), (1280, 800), (1920, 1080))
+PHONE_PX = (390, 844)
 LOWEST_WHOLE_PX = 800
 """On lower screens the page may be scrolled."""
 
@@ -38,6 +39,14 @@ OVERLAPS = """() => {
     const flat = boxes.filter(({ box }) => box.height < 30).map(({ name }) => `${name} is flat`);
     return [...overlapping, ...flat];
 }"""
+
+# Place and size of the map and of all controls but those of banners and alerts, rounded to pixels.
+BOXES = """() => Object.fromEntries(
+    [...document.querySelectorAll("[data-testid=map], .header button, .nav a, main button, main input")]
+        .filter((element) => element.closest(".banner") === null)
+        .map((element) => [element, element.getBoundingClientRect()])
+        .map(([{ dataset }, { x, y, width, height }]) => [dataset.testid, [x, y, width, height].map(Math.round)]),
+)"""
 
 # Checkboxes of rows are smaller: the whole row takes the touch.
 SMALL_TARGETS = """(smallest_px) =>
@@ -73,6 +82,47 @@ async def test_every_view_fits_every_screen(page: Page, service: Service) -> Non
             assert await page.evaluate("document.documentElement.scrollWidth") <= width_px, case
             if height_px >= LOWEST_WHOLE_PX:
                 assert await page.evaluate("document.documentElement.scrollHeight") <= height_px, case
+
+
+async def boxes(page: Page) -> dict[str, object]:
+    """Return where the map and all controls are, on every screen."""
+    found: dict[str, object] = {}
+    for width_px, height_px in (*SCREENS_PX, PHONE_PX):
+        await page.set_viewport_size({"width": width_px, "height": height_px})
+        found |= {f"{width_px} x {height_px}: {name}": box for name, box in (await page.evaluate(BOXES)).items()}
+    return found
+
+
+async def test_neither_the_map_nor_any_control_moves_when_banners_and_alerts_come_and_go(
+    page: Page, service: Service
+) -> None:
+    await open_page(page, service.url)
+    await expect(page.get_by_test_id("vehicle-1")).to_be_visible()
+    await page.evaluate("document.fonts.ready.then(() => true)")
+    before = await boxes(page)
+    assert {"1280 x 800: map", "1280 x 800: hold-all", "390 x 844: action-hold"} <= before.keys()
+
+    service.mission.notify(Severity.CRITICAL, "link lost: " + "it has not been heard for a long time " * 5, 6)
+    service.mission.notify(Severity.WARNING, "battery at 24 %", 2)
+    await expect(page.get_by_test_id("alert-list")).to_be_visible()
+    assert await boxes(page) == before
+    service.freeze()
+    await expect(page.get_by_test_id("silent-banner")).to_be_visible()
+    assert await boxes(page) == before
+    await service.stop()
+    await expect(page.get_by_test_id("banner")).to_be_visible()
+    await expect(page.get_by_test_id("alert-bar")).to_be_visible()
+    assert await boxes(page) == before
+
+    await service.start()
+    service.fly()
+    await expect(page.get_by_test_id("connection")).to_have_attribute("data-state", "open")
+    await expect(page.get_by_test_id("banner")).to_have_count(0)
+    for severity in ("critical", "warning"):
+        await expect(page.get_by_test_id("alert-bar")).to_have_attribute("data-severity", severity)
+        await page.get_by_test_id("alert-acknowledge").click()
+    await expect(page.get_by_test_id("alert-bar")).to_have_count(0)
+    assert await boxes(page) == before
 
 
 async def test_all_that_is_touched_is_as_large_as_a_finger(tablet: Page, service: Service) -> None:

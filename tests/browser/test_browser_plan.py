@@ -26,7 +26,7 @@ CORNERS_PX = ((-60, -60), (60, -60), (60, 40), (-60, 40))
 
 
 async def on_map(page: Page, from_middle_px: tuple[int, int]) -> tuple[float, float]:
-    """Return where a pixel of the map is on the page now: a banner above the map moves it."""
+    """Return where a pixel of the map is on the page."""
     box = await page.locator(".map-canvas canvas").bounding_box()
     assert box is not None
     return box["x"] + box["width"] / 2 + from_middle_px[0], box["y"] + box["height"] / 2 + from_middle_px[1]

@@ -137,6 +137,7 @@ export const texts = {
   },
   alerts: {
     panel: "Alerts",
+    none: "No open alerts",
     times: (count: number) => `${count}×`,
     vehicle: (id: number, text: string) => `Vehicle ${id}: ${text}`,
     acknowledge: "Acknowledge",

@@ -21,11 +21,18 @@ export function AlertBar({ alerts, mayAcknowledge }: Props) {
     setRefusal(answer.ok ? "" : answer.message);
   };
   const [first, ...others] = alerts;
-  if (first === undefined) return <div role="alert" />;
+  if (first === undefined) {
+    return (
+      <div class="alert-bar">
+        <p role="alert" />
+        <p class="small">{texts.alerts.none}</p>
+      </div>
+    );
+  }
   return (
     <div class={`alert-bar is-${first.severity}`} data-testid="alert-bar" data-severity={first.severity}>
       {/* Only the words are announced: buttons that change would repeat themselves. */}
-      <p role="alert">
+      <p role="alert" tabIndex={0}>
         <b>{texts.names.severity[first.severity]}</b> {alertText(first)}
         {first.count > 1 && ` (${texts.alerts.times(first.count)})`}
       </p>

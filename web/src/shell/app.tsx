@@ -102,22 +102,25 @@ export function App({ store, stream }: { store: Store; stream: HoldStream }) {
             onHoldAll={commands.holdAll}
             onSignIn={() => setSigningIn(true)}
             onSettings={() => setSettingsOpen(true)}
-          />
-          <Nav current={route.view} isSurvey={isSurvey} />
+          >
+            <Banners
+              isSurvey={isSurvey}
+              connection={connection}
+              silence_s={isMissionSilent ? snapshotAge_s : null}
+              missedNotices={state.missedNotices}
+              missionId={mission?.mission_id ?? null}
+              formerMissionId={state.formerMissionId}
+              isSignInExpired={access.isExpired}
+              onSignIn={() => setSigningIn(true)}
+            />
+          </Header>
+          <div class="nav-row">
+            <Nav current={route.view} isSurvey={isSurvey} />
+            <AlertBar alerts={alerts} mayAcknowledge={mayCommand} />
+          </div>
           {mission?.replay && (
             <ReplayBar replay={mission.replay} missionId={mission.mission_id} mayControl={isOperator} />
           )}
-          <Banners
-            isSurvey={isSurvey}
-            connection={connection}
-            silence_s={isMissionSilent ? snapshotAge_s : null}
-            missedNotices={state.missedNotices}
-            missionId={mission?.mission_id ?? null}
-            formerMissionId={state.formerMissionId}
-            isSignInExpired={access.isExpired}
-            onSignIn={() => setSigningIn(true)}
-          />
-          <AlertBar alerts={alerts} mayAcknowledge={mayCommand} />
           <main class={`view view-${route.view}`} aria-label={texts.nav.view[route.view]}>
             <Boundary key={route.view}>
               <View />

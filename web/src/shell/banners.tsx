@@ -1,4 +1,8 @@
-/** Banners for a page whose data are out of date, incomplete, or of another mission. */
+/**
+ * Banners for a page whose data are out of date, incomplete, or of another mission.
+ *
+ * They share one place: the most urgent one comes first and hides the others until it is gone.
+ */
 import { useState } from "preact/hooks";
 import type { Connection } from "../api/socket";
 import { age } from "../format";
@@ -40,8 +44,6 @@ export function Banners(props: Props) {
           {texts.connection.silentFor(age(silence_s))}
         </p>
       )}
-      <Missed count={missedNotices} />
-      {missionId !== null && formerMissionId !== null && <AnotherMission id={missionId} formerId={formerMissionId} />}
       {connection === "open" && isSignInExpired && (
         <div class="banner" data-testid="signed-out">
           <span role="alert">{texts.signIn.expired}</span>{" "}
@@ -50,6 +52,8 @@ export function Banners(props: Props) {
           </button>
         </div>
       )}
+      {missionId !== null && formerMissionId !== null && <AnotherMission id={missionId} formerId={formerMissionId} />}
+      <Missed count={missedNotices} />
     </>
   );
 }

@@ -1,4 +1,5 @@
 /** Top bar: state of the mission, whether it is live, and the button that holds all vehicles. */
+import type { ComponentChildren } from "preact";
 import type { Connection } from "../api/socket";
 import type { Mission, Session } from "../api/types";
 import { duration, quantity } from "../format";
@@ -15,17 +16,22 @@ interface Props {
   onHoldAll(): void;
   onSignIn(): void;
   onSettings(): void;
+  /** Banners; while there is one, it takes the place of the mission's message, so that nothing below moves. */
+  children: ComponentChildren;
 }
 
 export function Header(props: Props) {
-  const { mission, connection, session, mayCommand, isSurvey, onHoldAll, onSignIn, onSettings } = props;
+  const { mission, connection, session, mayCommand, isSurvey, onHoldAll, onSignIn, onSettings, children } = props;
   return (
     <header class="header">
       <h1>{texts.title}</h1>
       {mission && <Facts mission={mission} isSurvey={isSurvey} />}
-      <p class="message" data-testid="message" role="status" title={mission?.message}>
-        {mission?.message ?? texts.waiting}
-      </p>
+      <div class="words">
+        {children}
+        <p class="message" data-testid="message" role="status" title={mission?.message}>
+          {mission?.message ?? texts.waiting}
+        </p>
+      </div>
       <span class={`connection is-${connection}`} data-testid="connection" data-state={connection} role="status">
         {texts.connection[connection]}
       </span>
