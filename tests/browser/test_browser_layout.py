@@ -48,6 +48,11 @@ BOXES = """() => Object.fromEntries(
         .map(([{ dataset }, { x, y, width, height }]) => [dataset.testid, [x, y, width, height].map(Math.round)]),
 )"""
 
+IS_CUT = """(list) => {
+    const [inner, outer] = [list, list.closest(".map")].map((element) => element.getBoundingClientRect());
+    return inner.bottom > outer.bottom || inner.right > outer.right;
+}"""
+
 # Checkboxes of rows are smaller: the whole row takes the touch.
 SMALL_TARGETS = """(smallest_px) =>
     [...document.querySelectorAll("button, a, input:not([type=checkbox]), select, summary")]
@@ -123,6 +128,18 @@ async def test_neither_the_map_nor_any_control_moves_when_banners_and_alerts_com
         await page.get_by_test_id("alert-acknowledge").click()
     await expect(page.get_by_test_id("alert-bar")).to_have_count(0)
     assert await boxes(page) == before
+
+
+async def test_all_layers_of_the_map_are_within_reach(map_page: Page, service: Service) -> None:
+    await open_page(map_page, service.url)
+    await map_page.get_by_test_id("map-layers").click()
+    layers = map_page.locator(".layer-list")
+    last = layers.locator("label").last
+    for width_px, height_px in (*SCREENS_PX, PHONE_PX):
+        await map_page.set_viewport_size({"width": width_px, "height": height_px})
+        assert await layers.evaluate(IS_CUT) is False, f"{width_px} x {height_px}"
+        await last.scroll_into_view_if_needed()
+        await expect(last).to_be_in_viewport(ratio=0.99)
 
 
 async def test_all_that_is_touched_is_as_large_as_a_finger(tablet: Page, service: Service) -> None:
