@@ -5,6 +5,7 @@ import type { Finding, FindingChange } from "../../api/types";
 import { duration, eastNorth, latLon, likelihood } from "../../format";
 import { useShell } from "../../shell/context";
 import { texts } from "../../texts";
+import { type Fact, Facts } from "../../ui/facts";
 import { Panel } from "../../ui/panel";
 import { ellipseText, sightingsText, significanceText, STATUS_SIGNS, statusText } from "./findings";
 import { Thumbnail } from "./thumbnail";
@@ -24,7 +25,7 @@ export function notations({ position, dms, utm, mgrs }: Finding): [keyof typeof 
 export function FindingDetail({ finding }: { finding: Finding }) {
   const { mayJudge: mayDecide } = useShell();
   const title = texts.decide.finding(finding.finding_id);
-  const facts: [string, string][] = [
+  const facts: Fact[] = [
     [texts.decide.local, eastNorth(finding.position.east_m, finding.position.north_m)],
     [texts.decide.ellipse, ellipseText(finding)],
     [texts.decide.views, sightingsText(finding)],
@@ -61,16 +62,7 @@ export function FindingDetail({ finding }: { finding: Finding }) {
           </li>
         ))}
       </ul>
-      <dl class="finding-facts">
-        {facts
-          .filter(([, value]) => value !== "")
-          .map(([name, value]) => (
-            <div key={name}>
-              <dt>{name}</dt>
-              <dd>{value}</dd>
-            </div>
-          ))}
-      </dl>
+      <Facts facts={facts} class="finding-facts" />
       {mayDecide ? <RemarksForm key={finding.finding_id} finding={finding} /> : <Remarks finding={finding} />}
     </Panel>
   );

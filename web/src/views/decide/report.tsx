@@ -3,6 +3,7 @@ import type { Finding, Mission } from "../../api/types";
 import { duration, eastNorth, likelihood, quantity } from "../../format";
 import { useShell } from "../../shell/context";
 import { texts } from "../../texts";
+import { type Fact, Facts } from "../../ui/facts";
 import { notations } from "./detail";
 import { ellipseText, reported, sightingsText, significanceText, STATUS_SIGNS } from "./findings";
 import "./report.css";
@@ -17,15 +18,15 @@ interface Props {
 export function Report({ mission, onClose }: Props) {
   const { isSurvey } = useShell();
   const findings = reported(mission.findings);
-  const ofFlight: [string, string][] = [
+  const ofFlight: Fact[] = [
     [texts.plan.strategy, mission.strategy],
     [texts.report.vehicles, String(mission.vehicles.length)],
     [texts.plan.coverage, quantity(mission.covered_percent, 0, "%")],
   ];
   // A result without where nothing could be found would be taken for a searched area.
-  const ofSurvey: [string, string][] = [[texts.survey.message, mission.message]];
+  const ofSurvey: Fact[] = [[texts.survey.message, mission.message]];
   const phase = isSurvey ? texts.survey.phase(mission.phase === "done") : texts.names.phase[mission.phase];
-  const facts: [string, string][] = [
+  const facts: Fact[] = [
     [isSurvey ? texts.survey.survey : texts.report.mission, mission.mission_id],
     [texts.report.printed, `${new Date().toISOString().slice(0, 16).replace("T", " ")} UTC`],
     [texts.header.phase, phase],
@@ -46,14 +47,7 @@ export function Report({ mission, onClose }: Props) {
       </div>
       <h2>{texts.report.title}</h2>
       <div class="report-head">
-        <dl>
-          {facts.map(([name, value]) => (
-            <div key={name}>
-              <dt>{name}</dt>
-              <dd>{value}</dd>
-            </div>
-          ))}
-        </dl>
+        <Facts facts={facts} />
         <Sketch mission={mission} />
       </div>
       {findings.length === 0 && <p>{texts.decide.none.all}</p>}
@@ -67,8 +61,8 @@ export function Report({ mission, onClose }: Props) {
 
 function ReportedFinding({ finding }: { finding: Finding }) {
   const { finding_id: id, status, position, person_confidence, kind, reasons, comment, assignee, operator } = finding;
-  const facts: [string, string][] = [
-    ...notations(finding).map(([name, text]): [string, string] => [texts.decide.notation[name], text]),
+  const facts: Fact[] = [
+    ...notations(finding).map(([name, text]): Fact => [texts.decide.notation[name], text]),
     [texts.decide.local, eastNorth(position.east_m, position.north_m)],
     [texts.decide.ellipse, ellipseText(finding)],
     [texts.decide.views, sightingsText(finding)],
@@ -87,16 +81,7 @@ function ReportedFinding({ finding }: { finding: Finding }) {
       <h3>
         {texts.decide.finding(id)}: {STATUS_SIGNS[status]} {texts.decide.status[status]}
       </h3>
-      <dl>
-        {facts
-          .filter(([, value]) => value !== "")
-          .map(([name, value]) => (
-            <div key={name}>
-              <dt>{name}</dt>
-              <dd>{value}</dd>
-            </div>
-          ))}
-      </dl>
+      <Facts facts={facts} />
       <Thumbnail finding={finding} kind="integral" />
       <Thumbnail finding={finding} kind="thermal" />
     </section>
