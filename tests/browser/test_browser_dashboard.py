@@ -133,6 +133,8 @@ async def test_alerts_stay_until_they_are_acknowledged(page, service) -> None:
     await expect(bar).to_have_attribute("data-severity", "critical")
     await page.get_by_test_id("alert-acknowledge").click()
     await expect(bar).to_have_attribute("data-severity", "warning")
+    service.mission.notify(Severity.WARNING, "battery at 24 %", 4)
+    await expect(bar).to_contain_text("2 vehicles (2, 4): battery at 24 %")
     await page.get_by_test_id("alert-acknowledge").click()
     await expect(bar).to_have_count(0)
 

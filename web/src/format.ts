@@ -52,6 +52,17 @@ export function eastNorth(east_m: number, north_m: number): string {
   return `E ${quantity(east_m, 1, "m")}, N ${quantity(north_m, 1, "m")}`;
 }
 
+/** Numbers in ascending order with consecutive ones as ranges: "1–4, 7". */
+export function ranges(ids: readonly number[]): string {
+  const runs: [number, number][] = [];
+  for (const id of ids.toSorted((a, b) => a - b)) {
+    const last = runs.at(-1);
+    if (last !== undefined && id === last[1] + 1) last[1] = id;
+    else runs.push([id, id]);
+  }
+  return runs.map(([from, to]) => (from === to ? `${from}` : `${from}–${to}`)).join(", ");
+}
+
 /** Text with a capital first letter, as labels have. */
 export const capitalised = (text: string): string => text.charAt(0).toUpperCase() + text.slice(1);
 

@@ -140,6 +140,7 @@ export const texts = {
     none: "No open alerts",
     times: (count: number) => `${count}×`,
     vehicle: (id: number, text: string) => `Vehicle ${id}: ${text}`,
+    vehicles: (count: number, ids: string, text: string) => `${count} vehicles (${ids}): ${text}`,
     acknowledge: "Acknowledge",
     acknowledgeAll: (count: number) => `Acknowledge all ${count}`,
     more: (count: number) => `${count} more`,

@@ -1,5 +1,6 @@
 import { expect, test } from "vitest";
 import { acknowledgementByNotice, noticesToKeep, openAlerts } from "../src/state/alerts";
+import { alertText } from "../src/shell/use_alerts";
 import { notice } from "./samples";
 
 const by = (operator: string, notice_id: number) => ({ notice_id, operator, utc_s: 100 + notice_id });
@@ -15,15 +16,34 @@ test("critical alerts come first, then news, then newer warnings; info is no ale
   expect(openAlerts(notices, []).map((alert) => alert.text)).toEqual(["link lost", "target found", "wind", "battery"]);
 });
 
-test("repetitions are one alert with a count, of each vehicle its own", () => {
+test("repetitions are one alert with a count", () => {
+  const notices = [1, 2, 5].map((id) => notice(id, "battery", { vehicle_id: 1 }));
+  expect(openAlerts(notices, []).map(({ vehicleIds, count, id }) => [vehicleIds, count, id])).toEqual([[[1], 3, 5]]);
+});
+
+test("what several vehicles report in the same words is one alert, until each has been acknowledged", () => {
   const notices = [
-    ...[1, 2, 5].map((id) => notice(id, "battery", { vehicle_id: 1 })),
-    notice(6, "battery", { vehicle_id: 2 }),
+    ...[1, 2, 5].map((id) => notice(id, "no fix", { vehicle_id: 4 })),
+    notice(6, "no fix", { vehicle_id: 2 }),
+    notice(7, "no fix", { vehicle_id: 3 }),
+    notice(8, "no fix", { vehicle_id: 9, severity: "critical" }),
+    notice(9, "no fix"),
   ];
-  expect(openAlerts(notices, []).map(({ vehicleId, count, id }) => [vehicleId, count, id])).toEqual([
-    [2, 1, 6],
-    [1, 3, 5],
+  const [critical, ofMission, ofVehicles, ...others] = openAlerts(notices, []);
+  expect(others).toEqual([]);
+  expect([critical, ofMission, ofVehicles].map((alert) => alert && alertText(alert))).toEqual([
+    "Vehicle 9: no fix",
+    "no fix",
+    "3 vehicles (2–4): no fix",
   ]);
+  expect([ofVehicles?.ids, ofVehicles?.id, ofVehicles?.count]).toEqual([[5, 6, 7], 7, 3]);
+  expect(openAlerts(notices, [by("Ada", 5), by("Ada", 7)]).at(-1)?.vehicleIds).toEqual([2]);
+  expect(
+    openAlerts(
+      notices,
+      [5, 6, 7, 8, 9].map((id) => by("Ada", id)),
+    ),
+  ).toEqual([]);
 });
 
 test("what an operator has acknowledged is open on no screen, until it comes again", () => {

@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { age, duration, eastNorth, gpsFix, latLon, quantity } from "../src/format";
+import { age, duration, eastNorth, gpsFix, latLon, quantity, ranges } from "../src/format";
 
 test("what was never reported is a dash, not a zero", () => {
   expect(quantity(null, 1, "m")).toBe("–");
@@ -7,6 +7,11 @@ test("what was never reported is a dash, not a zero", () => {
   expect(quantity(0, 1, "m")).toBe("0.0\u202fm");
   expect(age(null)).toBe("–");
   expect(gpsFix(null)).toBe("–");
+});
+
+test("numbers that follow each other are a range", () => {
+  expect(ranges([7, 2, 1, 3, 10])).toBe("1–3, 7, 10");
+  expect(ranges([4])).toBe("4");
 });
 
 test("numbers have a true minus and no negative zero", () => {

@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 import type { PreflightCheck } from "../src/api/types";
-import { blockersOf, matrixOf, ranges, subjectOf, verdictOf } from "../src/views/prepare/checks";
+import { blockersOf, matrixOf, subjectOf, verdictOf } from "../src/views/prepare/checks";
 import { confirmedIds, proposedIds } from "../src/views/prepare/vehicles";
 
 const check = (vehicle_id: number, name: string, changes: Partial<PreflightCheck> = {}): PreflightCheck => ({
@@ -43,11 +43,6 @@ test("an issue that blocks the launch of several vehicles is listed once", () =>
     ["Vehicle 3", "never heard"],
   ]);
   expect(blockers[0]?.key).toBe("1 link");
-});
-
-test("numbers that follow each other are a range", () => {
-  expect(ranges([7, 2, 1, 3, 10])).toBe("1–3, 7, 10");
-  expect(ranges([4])).toBe("4");
 });
 
 const heard = (vehicle_id: number, changes: { takes_part?: boolean; armed?: boolean } = {}) => ({

@@ -17,7 +17,7 @@ export function AlertBar({ alerts, mayAcknowledge }: Props) {
   const [isListOpen, setListOpen] = useState(false);
   const [refusal, setRefusal] = useState("");
   const acknowledge = async (those: readonly Alert[]): Promise<void> => {
-    const answer = await acknowledgeNotices(those.map(({ id }) => id));
+    const answer = await acknowledgeNotices(those.flatMap(({ ids }) => ids));
     setRefusal(answer.ok ? "" : answer.message);
   };
   const [first, ...others] = alerts;

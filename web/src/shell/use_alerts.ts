@@ -1,5 +1,6 @@
 /** Hook for open alerts; each new one is announced once. */
 import { useEffect, useMemo, useRef } from "preact/hooks";
+import { ranges } from "../format";
 import type { State } from "../state/state";
 import { texts } from "../texts";
 import { type Alert, openAlerts } from "../state/alerts";
@@ -33,6 +34,10 @@ export function useAlerts({ notices, connection, mission }: State, isSilent: boo
 }
 
 /** Alert as one sentence. */
-export function alertText({ vehicleId, text }: Alert): string {
-  return vehicleId === null ? text : texts.alerts.vehicle(vehicleId, text);
+export function alertText({ vehicleIds, text }: Alert): string {
+  const [first, ...others] = vehicleIds;
+  if (first === undefined) return text;
+  return others.length === 0
+    ? texts.alerts.vehicle(first, text)
+    : texts.alerts.vehicles(vehicleIds.length, ranges(vehicleIds), text);
 }

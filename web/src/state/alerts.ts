@@ -6,10 +6,14 @@ export interface Alert {
   readonly key: string;
   readonly severity: Exclude<Severity, "info">;
   readonly text: string;
-  readonly vehicleId: number | null;
+  /** Vehicles that report the same; none where it concerns the mission. */
+  readonly vehicleIds: readonly number[];
   /** Number and time of the latest repetition. */
   readonly id: number;
   readonly utc_s: number;
+  /** Numbers of the latest repetition of each vehicle: to acknowledge these is to acknowledge all. */
+  readonly ids: readonly number[];
+  /** Repetitions of the vehicle with the most. */
   readonly count: number;
 }
 
@@ -35,18 +39,45 @@ export function acknowledgementByNotice(
   return found;
 }
 
-/** Open alerts, most severe and newest first; repetitions of one text are one alert with a count. */
+/**
+ * Open alerts, most severe and newest first: repetitions of one text are one alert with a count, and so is what several
+ * vehicles report in the same words.
+ */
 export function openAlerts(notices: readonly Notice[], acknowledgements: readonly Acknowledgement[]): Alert[] {
-  const acknowledged = acknowledgementByNotice(notices, acknowledgements);
-  const open = new Map<string, Alert>();
-  for (const notice of notices) {
+  const alerts = new Map<string, Alert>();
+  for (const { notice, count } of openNotices(notices, acknowledgements)) {
     const { notice_id: id, severity, text, vehicle_id: vehicleId, utc_s } = notice;
-    if (severity === "info" || acknowledged.has(id)) continue;
-    const key = keyOf(notice);
-    open.set(key, { key, severity, text, vehicleId, id, utc_s, count: (open.get(key)?.count ?? 0) + 1 });
+    if (severity === "info") continue;
+    const key = `${vehicleId === null ? "mission" : "vehicles"} ${severity} ${text}`;
+    const others = alerts.get(key);
+    alerts.set(key, {
+      key,
+      severity,
+      text,
+      vehicleIds: [...(others?.vehicleIds ?? []), ...(vehicleId === null ? [] : [vehicleId])],
+      id,
+      utc_s,
+      ids: [...(others?.ids ?? []), id],
+      count: Math.max(others?.count ?? 0, count),
+    });
   }
   const rank = ({ severity }: Alert): number => SEVERITIES.indexOf(severity);
-  return [...open.values()].sort((a, b) => rank(b) - rank(a) || b.id - a.id);
+  return [...alerts.values()].sort((a, b) => rank(b) - rank(a) || b.id - a.id);
+}
+
+/** Latest repetition of each text of each vehicle that nobody has acknowledged, with their number, oldest first. */
+function openNotices(
+  notices: readonly Notice[],
+  acknowledgements: readonly Acknowledgement[],
+): { notice: Notice; count: number }[] {
+  const acknowledged = acknowledgementByNotice(notices, acknowledgements);
+  const open = new Map<string, { notice: Notice; count: number }>();
+  for (const notice of notices) {
+    if (notice.severity === "info" || acknowledged.has(notice.notice_id)) continue;
+    const key = keyOf(notice);
+    open.set(key, { notice, count: (open.get(key)?.count ?? 0) + 1 });
+  }
+  return [...open.values()].sort((a, b) => a.notice.notice_id - b.notice.notice_id);
 }
 
 /**
@@ -60,11 +91,10 @@ export function noticesToKeep(
 ): readonly Notice[] {
   const excess = notices.length - capacity;
   if (excess <= 0) return notices;
-  const open = new Map(openAlerts(notices, acknowledgements).map(({ id, severity }) => [id, severity]));
+  const open = new Set(openNotices(notices, acknowledgements).map(({ notice }) => notice.notice_id));
   const rank = ({ notice_id, severity }: Notice): number => {
     if (severity === "info") return 0;
-    const openSeverity = open.get(notice_id);
-    return openSeverity === undefined ? 1 : 1 + SEVERITIES.indexOf(openSeverity);
+    return open.has(notice_id) ? 1 + SEVERITIES.indexOf(severity) : 1;
   };
   const dropped = new Set([...notices].sort((a, b) => rank(a) - rank(b) || a.notice_id - b.notice_id).slice(0, excess));
   return notices.filter((notice) => !dropped.has(notice));

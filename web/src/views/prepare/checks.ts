@@ -1,6 +1,6 @@
 /** Preflight checks as a matrix. Pure functions. */
 import type { PreflightCheck } from "../../api/types";
-import { capitalised } from "../../format";
+import { capitalised, ranges } from "../../format";
 import { texts } from "../../texts";
 
 /** Vehicle number of checks that concern the mission as a whole. */
@@ -56,17 +56,6 @@ export function subjectOf(...ids: readonly number[]): string {
   const [first] = ids;
   if (first === MISSION_ID) return texts.prepare.mission;
   return `${ids.length === 1 ? texts.prepare.vehicle : texts.prepare.vehicles} ${ranges(ids)}`;
-}
-
-/** Numbers in ascending order with consecutive ones as ranges: "1–4, 7". */
-export function ranges(ids: readonly number[]): string {
-  const runs: [number, number][] = [];
-  for (const id of ids.toSorted((a, b) => a - b)) {
-    const last = runs.at(-1);
-    if (last !== undefined && id === last[1] + 1) last[1] = id;
-    else runs.push([id, id]);
-  }
-  return runs.map(([from, to]) => (from === to ? `${from}` : `${from}–${to}`)).join(", ");
 }
 
 /** Display name of a check: the station names its checks in words. */

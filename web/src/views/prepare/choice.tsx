@@ -1,11 +1,11 @@
 /** The vehicles that fly: proposed by the page, confirmed by an operator. */
 import { useState } from "preact/hooks";
 import { postAction } from "../../api/client";
+import { ranges } from "../../format";
 import { useShell } from "../../shell/context";
 import { isOffered } from "../../state/commands";
 import { texts } from "../../texts";
 import { Panel } from "../../ui/panel";
-import { ranges } from "./checks";
 import { ascending, confirmedIds, isSame, proposedIds } from "./vehicles";
 
 /** Smallest number of vehicles of a mission. */
