@@ -12,7 +12,7 @@ from playwright.async_api import Browser, Page, expect
 
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.ports import Severity
-from tests.browser.conftest import WITHOUT_WEBGL, unavailable
+from tests.browser.conftest import WITHOUT_WEBGL, Service, unavailable
 from tests.browser.pages import VIEWS, open_page
 
 pytestmark = pytest.mark.asyncio(loop_scope="session")
@@ -74,6 +74,31 @@ async def test_axe_finds_nothing_serious_in_a_replay(checked_page: Page, replaye
     await checked_page.get_by_test_id("replay-event").last.focus()
     await expect(checked_page.get_by_test_id("replay-tip")).to_be_visible()
     assert await serious_issues(checked_page) == []
+
+
+async def test_states_are_told_where_the_system_forces_its_colours(page: Page, service: Service) -> None:
+    await page.emulate_media(forced_colors="active")
+    await open_page(page, service.url)
+    service.mission.notify(Severity.CRITICAL, "link lost", 6)
+    await expect(page.get_by_test_id("alert-bar")).to_have_css("border-top-style", "solid")
+    await page.get_by_test_id("select-1").click()
+    dot = await page.get_by_test_id("connection").evaluate("dot => getComputedStyle(dot, '::before').backgroundColor")
+    colours = [
+        await page.locator(element).evaluate("element => getComputedStyle(element).backgroundColor")
+        for element in (
+            "main",
+            "[data-testid=view-fly]",
+            "[data-testid=view-plan]",
+            "[data-testid=vehicle-1] .col-id",
+            "[data-testid=vehicle-2] .col-id",
+            "[data-testid=vehicle-1] .swatch",
+        )
+    ]
+    canvas, current, other, selected, unselected, swatch = colours
+    assert current == selected
+    assert current not in {other, unselected, canvas}
+    assert len({dot, swatch, canvas, current}) == len([dot, swatch, canvas, current])
+    await page.emulate_media(forced_colors="none")
 
 
 async def test_a_mission_is_launched_by_keyboard_alone(page: Page, service) -> None:

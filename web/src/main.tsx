@@ -4,6 +4,7 @@ import "./styles/ui.css";
 import "./styles/shell.css";
 import "./styles/map.css";
 import "./styles/panels.css";
+import "./styles/forced_colors.css";
 import { render } from "preact";
 import { EventSocket } from "./api/socket";
 import { App } from "./shell/app";
