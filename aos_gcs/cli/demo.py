@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from aos_gcs.cli.run import CODE_FILE_HELP, run_until_terminated, stay_up
+from aos_gcs.errors import ConfigurationError
 
 if TYPE_CHECKING:
     from aos_gcs.runtime.demo import DemoOptions
@@ -40,6 +41,16 @@ def demo(
     ] = "rtk",
     animals: Annotated[int, typer.Option(help="Deer and boars in the forest, which distract the search.")] = 2,
     stones: Annotated[int, typer.Option(help="Sun-warmed stones in the forest.")] = 2,
+    terrain: Annotated[
+        str,
+        typer.Option(
+            help="Shape of the ground, also known to the service as its elevation model: flat, hills, slope:PERCENT "
+            "(rising to the north) or a GeoTIFF or ASC file with heights, which needs its --origin."
+        ),
+    ] = "flat",
+    origin: Annotated[
+        str, typer.Option(help="Launch site: LAT,LON,ALT in degrees and metres above sea level.")
+    ] = "48.3,14.3,260",
     folder: Annotated[Path, typer.Option(help="Folder for recorded missions.")] = Path("missions"),
     wait: Annotated[bool, typer.Option("--wait", help="Leave launch and return to the operator.")] = False,
 ) -> None:
@@ -63,12 +74,22 @@ def demo(
         errors=errors,
         animals=animals,
         stones=stones,
+        terrain=terrain,
+        origin_deg=_place(origin),
         folder=folder,
         wait=wait,
     )
     score = run_until_terminated(_fly(options, as_json, stay=not (headless or exit_when_done)))
     if not (score.person_found and score.landed == score.vehicles):
         raise typer.Exit(EXIT_NOT_FOUND)
+
+
+def _place(text: str) -> tuple[float, float, float]:
+    try:
+        latitude_deg, longitude_deg, altitude_amsl_m = map(float, text.split(","))
+    except ValueError as error:
+        raise ConfigurationError(f"--origin must be LAT,LON,ALT (three numbers), got {text!r}.") from error
+    return latitude_deg, longitude_deg, altitude_amsl_m
 
 
 async def _fly(options: DemoOptions, as_json: bool, stay: bool) -> Score:

@@ -14,7 +14,7 @@ from aos_gcs.airspace.terrain import GroundCells, GroundRaster
 from aos_gcs.elevation.model import SURFACE_WARNING, ModelKind
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
-from aos_gcs.planning.estimate import launch_place
+from aos_gcs.planning.estimate import launch_place, planned_legs
 from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.plan import MissionPlan, PlanProblem
 from aos_gcs.planning.proposal import propose_fence, proposed_floor_m
@@ -132,6 +132,27 @@ def flown_conflicts(
     """
     points = [*homes_enu_m, *(() if plan.return_enu_m is None else (plan.return_enu_m,))]
     return list(_conflicts(ground, frame, _flown(plan, legs, points), _band(plan, terrain)))
+
+
+def highest_flown_ground_m(
+    plan: MissionPlan, settings: MissionSettings, points_enu_m: Sequence[tuple[float, float]]
+) -> float:
+    """Return the highest known ground, above the origin, below all that vehicles fly over from some launch points.
+
+    Raises:
+        ConfigurationError: the settings name no elevation model or origin, or none of the ground is known.
+        InputDataError: a file cannot be used or read.
+    """
+    terrain, origin = settings.terrain, settings.origin
+    if terrain is None or origin is None:
+        raise ConfigurationError("The ground below a plan is known by an elevation model and an origin only.")
+    outlines = _flown(plan, planned_legs(plan, settings.imaging.plane_height_m), points_enu_m)
+    shapes = [shape_m for each in outlines.values() for shape_m in each]
+    ground = ground_within(terrain, origin, EnuBounds.around(np.vstack(shapes), _MARGIN_M))
+    highest_m = ground.within(shapes).highest_m
+    if np.isnan(highest_m).all():
+        raise ConfigurationError(f"{', '.join(terrain.files)}: the ground below the mission is not known.")
+    return float(np.nanmax(highest_m))
 
 
 def _flown(

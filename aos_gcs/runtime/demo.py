@@ -13,12 +13,12 @@ from pathlib import Path
 from typing import Any
 
 from aos_gcs.config.file import parse_config
-from aos_gcs.config.model import ServiceConfig
 from aos_gcs.errors import ConfigurationError, LinkError
 from aos_gcs.lab.worlds import ErrorGrade
 from aos_gcs.mission.coordinator import Coordinator
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.planning.settings import Deadlines
+from aos_gcs.runtime.demo_terrain import EXIT_REFUSED, LEVEL, elevation_model, terrain_tables
 from aos_gcs.runtime.evaluation import Score, score_mission
 from aos_gcs.runtime.service import Service, open_service
 
@@ -35,8 +35,6 @@ FOLDER_NAME = "simulation"
 """Folder within the mission folder for the simulator's truth and log."""
 
 _STOP_TIMEOUT_S = 10.0
-_EXIT_REFUSED = 2
-"""The simulator's exit code when it cannot use an option; it has said so in one line."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +61,10 @@ class DemoOptions:
     """Grade of the simulator's errors."""
     animals: int = 2
     stones: int = 2
+    terrain: str = LEVEL
+    """Shape of the ground: ``flat``, ``hills``, ``slope:PERCENT`` or a file with heights."""
+    origin_deg: tuple[float, float, float] = ORIGIN_DEG
+    """Launch site: latitude, longitude, and altitude above sea level in metres."""
     folder: Path = Path("missions")
     wait: bool = False
     """Leave start and return to the operator."""
@@ -139,7 +141,7 @@ class Demo:
         else:
             lines = (await asyncio.to_thread(log.read_text, encoding="utf-8", errors="replace")).strip().splitlines()
             reason = lines[-1] if lines else "it said nothing"
-            if code == _EXIT_REFUSED:
+            if code == EXIT_REFUSED:
                 raise ConfigurationError(reason.removeprefix("aos-gcs: "))
             raise LinkError(f"The simulator ended with code {code} before the mission began: {reason}")
 
@@ -157,7 +159,13 @@ async def open_demo(options: DemoOptions) -> AsyncIterator[Demo]:
     link_port = _free_udp_port()
     demo = None
     try:
-        async with open_service(_configuration(options, link_port)) as service:
+        config = parse_config(_tables(options, link_port), source="demo")
+        place = ",".join(map(str, options.origin_deg))
+        ground = await elevation_model(options.terrain, seed=options.seed, origin=place, folder=options.folder)
+        if ground is not None:
+            tables = await asyncio.to_thread(terrain_tables, ground, config)
+            config = parse_config(_tables(options, link_port) | tables, source="demo")
+        async with open_service(config) as service:
             demo = Demo(options, service, link_port)
             yield demo
     finally:
@@ -165,14 +173,15 @@ async def open_demo(options: DemoOptions) -> AsyncIterator[Demo]:
             await asyncio.to_thread(shutil.rmtree, demo.folder)
 
 
-def _configuration(options: DemoOptions, link_port: int) -> ServiceConfig:
-    tables: dict[str, Any] = {
+def _tables(options: DemoOptions, link_port: int) -> dict[str, Any]:
+    """Return the tables of the service's configuration, over level ground."""
+    return {
         "clock_speed": options.speed,
         "link": {"urls": [f"udpin://127.0.0.1:{link_port}"]},
         "mission": {
             "vehicles": options.vehicles,
             "any_vehicles": True,
-            "origin_deg": ORIGIN_DEG,
+            "origin_deg": options.origin_deg,
             "area_enu_m": SEARCH_AREA_ENU_M,
             "seed": options.seed,
             "auto_start": not options.wait,
@@ -193,7 +202,6 @@ def _configuration(options: DemoOptions, link_port: int) -> ServiceConfig:
         },
         "record": {"folder": options.folder},
     }
-    return parse_config(tables, source="demo")
 
 
 def _real_deadlines(speed: float) -> dict[str, float]:
@@ -214,7 +222,8 @@ def _simulator_command(options: DemoOptions, link_port: int, world_file: Path, r
         *("--seed", str(options.seed)),
         *("--speed", str(options.speed)),
         *("--autopilot", options.autopilot),
-        *("--origin", ",".join(map(str, ORIGIN_DEG))),
+        *("--origin", ",".join(map(str, options.origin_deg))),
+        *("--terrain", options.terrain),
         *("--trees-per-ha", str(options.trees_per_ha)),
         *("--image-size", str(options.image_size_px)),
         *("--errors", options.errors),

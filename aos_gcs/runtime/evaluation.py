@@ -58,6 +58,8 @@ class Score:
     landed: int
     min_separation_m: float | None
     """Smallest true 3-D distance between two vehicles."""
+    min_height_above_ground_m: float | None
+    """Smallest true height of a vehicle above ground that is not level, away from its launch point."""
     mission_dir: str
 
     def lines(self) -> list[str]:
@@ -109,6 +111,7 @@ def score_mission(snapshot: MissionSnapshot, folder: Path, world_file: Path, rep
         vehicles=len(snapshot.vehicles),
         landed=sum(vehicle.task is Task.LANDED for vehicle in snapshot.vehicles),
         min_separation_m=report.get("min_separation_m"),
+        min_height_above_ground_m=report.get("min_height_above_ground_m"),
         mission_dir=str(folder),
     )
 

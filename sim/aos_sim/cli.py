@@ -11,10 +11,11 @@ from typing import Annotated
 import typer
 
 from aos_gcs.errors import ConfigurationError
+from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_sim.errors.model import error_model
 from aos_sim.report import write_report
 from aos_sim.swarm import SimulatedSwarm, SwarmOptions
-from aos_sim.world.scene import Scene, build_scene
+from aos_sim.world.scene import SceneParameters, build_relief, build_scene
 from aos_sim.world.terrain_file import write_geotiff
 from aos_sim.world_file import World, scene_parameters, write_world_file
 from aos_sim.world_options import (
@@ -94,6 +95,7 @@ def sim(
             help="Write the ground of --terrain here as a GeoTIFF, for [terrain] of a service that flies over it."
         ),
     ] = None,
+    terrain_only: Annotated[bool, typer.Option("--terrain-only", help="Write --terrain-file and exit.")] = False,
     image_size: ImageSize = 512,
     fov: FieldOfView = 50.0,
     wind: WindSpeed = None,
@@ -142,37 +144,38 @@ def sim(
         parameters=_parse_parameters(param or []),
         factory_settings=factory_settings,
     )
-    scene = build_scene(
-        scene_parameters(
-            {
-                "seed": seed,
-                "trees_per_ha": trees_per_ha,
-                "animals": animals,
-                "stones": stones,
-                "cloths": cloths,
-                "stumps": stumps,
-                "waters": waters,
-                "persons": persons,
-                "posture": posture,
-                "dressed": dressed,
-                "in_pairs": in_pairs,
-                "walking_mps": walking_speed,
-                "conditions": conditions,
-                "terrain": terrain_of(terrain),
-            }
-        ),
-        options.origin,
+    parameters = scene_parameters(
+        {
+            "seed": seed,
+            "trees_per_ha": trees_per_ha,
+            "animals": animals,
+            "stones": stones,
+            "cloths": cloths,
+            "stumps": stumps,
+            "waters": waters,
+            "persons": persons,
+            "posture": posture,
+            "dressed": dressed,
+            "in_pairs": in_pairs,
+            "walking_mps": walking_speed,
+            "conditions": conditions,
+            "terrain": terrain_of(terrain),
+        }
     )
     if terrain_file is not None:
-        _write_terrain(terrain_file, scene, options)
+        _write_terrain(terrain_file, parameters, options.origin)
+    if terrain_only:
+        return
+    scene = build_scene(parameters, options.origin)
     swarm = SimulatedSwarm(options, image_source(scene, model, no_render), scene.relief)
     asyncio.run(_simulate(swarm, world_of(scene), _Files(world_file, report_file), exit_with_parent))
 
 
-def _write_terrain(path: Path, scene: Scene, options: SwarmOptions) -> None:
-    if scene.relief is None:
+def _write_terrain(path: Path, parameters: SceneParameters, origin: GeodeticPosition) -> None:
+    relief = build_relief(parameters, origin)
+    if relief is None:
         raise ConfigurationError("--terrain-file needs ground that is not level: give --terrain, too.")
-    write_geotiff(path, scene.relief, options.origin)
+    write_geotiff(path, relief, origin)
 
 
 async def _simulate(swarm: SimulatedSwarm, world: World, files: _Files, exit_with_parent: bool) -> None:

@@ -12,6 +12,7 @@ from aos_gcs.cli import main
 from aos_gcs.imaging.persons.decision import DECISION
 from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.model.vehicles import Task
+from aos_gcs.runtime.demo_terrain import FLOOR_ABOVE_GROUND_M
 from aos_gcs.store.reader import MissionReader
 from tests.fakes.program import Program, running
 
@@ -30,6 +31,7 @@ KEYS = {
     "vehicles",
     "landed",
     "min_separation_m",
+    "min_height_above_ground_m",
     "mission_dir",
 }
 SEPARATION_M = UNLIMITED.separation_m
@@ -98,6 +100,20 @@ async def test_px4_vehicles_fly_the_same_mission(tmp_path: Path) -> None:
         code = await program.ended(100)
     assert code == 0, program.log
     check_result(program, vehicles=4)
+
+
+@pytest.mark.slow
+async def test_a_demo_over_a_slope_knows_its_ground(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("rasterio")
+    async with running(tmp_path, "demo", *SMALL, "--terrain", "slope:20", "--headless", "--json") as program:
+        code = await program.ended(100)
+    assert code == 0, program.log
+    check_result(program, vehicles=4)
+    assert program.result()["min_height_above_ground_m"] >= FLOOR_ABOVE_GROUND_M
+    with pytest.raises(SystemExit) as verified:
+        main(["replay", str(program.mission_folder), "--verify"])
+    assert capsys.readouterr().out.startswith("identical")
+    assert verified.value.code == 0
 
 
 async def fly_default_mission(folder: Path, seed: int) -> dict[str, object]:

@@ -94,6 +94,7 @@ def refusal_of_file(tmp_path: Path, free_port: int, refusal):
         (("--image-size", "8"), "--image-size must lie within 16 and 4096, but is 8"),
         (("--animals", "101"), "--animals must lie within 0 and 100"),
         (("--stones", "-1"), "--stones must lie within 0 and 100"),
+        (("--origin", "48.3,14.3"), "--origin must be LAT,LON,ALT (three numbers), got '48.3,14.3'"),
     ],
 )
 def test_options_of_the_demo(
@@ -103,6 +104,18 @@ def test_options_of_the_demo(
     if arguments[0] != "--strategy":
         monkeypatch.delattr(demo, "open_demo")
     assert sentence in refusal("demo", "--headless", "--json", "--folder", str(tmp_path / "missions"), *arguments)
+
+
+@pytest.mark.parametrize(
+    ("terrain", "sentence"),
+    [
+        ("valley", "--terrain must be flat, hills, slope:PERCENT or a GeoTIFF or ASC file"),
+        ("gone.tif", "gone.tif does not exist"),
+    ],
+)
+def test_a_terrain_that_the_demo_cannot_use(tmp_path: Path, refusal, terrain: str, sentence: str) -> None:
+    pytest.importorskip("rasterio")
+    assert sentence in refusal("demo", "--headless", "--folder", str(tmp_path / "missions"), "--terrain", terrain)
 
 
 def test_a_port_in_use_is_named(tmp_path: Path, refusal) -> None:

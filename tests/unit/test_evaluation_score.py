@@ -113,7 +113,7 @@ class Recorded:
         targets = (Target("person", tuple(map(float, self.person_enu_m + offset_enu_m)), 1.8, self.walk),)
         write_world_file(world, World((), targets, SEED, TREES_PER_HA), origin, {}, START_UTC_S)
         if report:
-            truth.write_text(json.dumps({"min_separation_m": 2.5}), encoding="utf-8")
+            truth.write_text(json.dumps({"min_separation_m": 2.5, "min_height_above_ground_m": 31.5}), encoding="utf-8")
         return score_mission(of, self.folder, world, truth)
 
 
@@ -159,7 +159,7 @@ async def test_a_found_person_is_measured_against_the_truth(tmp_path: Path, pers
     assert score.visibility_max == pytest.approx(0.75, abs=1e-3)
     assert score.visibility_final == pytest.approx(0.25, abs=1e-3)
     assert (score.steps, score.vehicles, score.landed) == (2, 3, 2)
-    assert score.min_separation_m == 2.5
+    assert (score.min_separation_m, score.min_height_above_ground_m) == (2.5, 31.5)
     assert score.mission_dir == str(recorded.folder)
 
 

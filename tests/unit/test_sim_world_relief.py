@@ -10,7 +10,7 @@ import pytest
 
 from aos_gcs.cli import main
 from aos_gcs.errors import ConfigurationError
-from aos_gcs.geometry.geodesy import LocalFrame
+from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_sim.world.mesh import Material
 from aos_sim.world.person import Posture
 from aos_sim.world.relief import Relief
@@ -207,6 +207,15 @@ class TestFiles:
         again = make_relief(str(path), 0, BOX, level_north_m=8.0, origin=ORIGIN)
         assert again is not None
         np.testing.assert_allclose(again.height_m(east, north), up, atol=0.02)
+
+    def test_the_command_writes_the_ground_of_its_scene_and_exits(self, tmp_path: Path) -> None:
+        path = tmp_path / "slope.tif"
+        with pytest.raises(SystemExit) as stopped:
+            main(["sim", "--terrain", "slope:20", "--terrain-file", str(path), "--terrain-only"])
+        assert stopped.value.code == 0
+        read = make_relief(str(path), 0, BOX, level_north_m=8.0, origin=GeodeticPosition(48.3, 14.3, 260.0))
+        assert read is not None
+        assert read.height_m(3.0, 58.0) == pytest.approx(10.0, abs=0.02)
 
     def test_a_file_that_cannot_be_written_is_named(self, tmp_path: Path) -> None:
         with pytest.raises(ConfigurationError, match=r"--terrain-file .*hills\.tif cannot be written"):

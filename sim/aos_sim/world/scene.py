@@ -168,9 +168,15 @@ def build_scene(parameters: SceneParameters, origin: GeodeticPosition | None = N
         launch_area_enu_m=_rectangle(west, CLEARING_SOUTH_M, -west, FOREST_SOUTH_M),
         distractors=_make_distractors(distractor_rng, parameters, forest, persons),
     )
-    box = (west, CLEARING_SOUTH_M, -west, FOREST_SOUTH_M + side)
-    relief = make_relief(parameters.terrain, parameters.seed, box, level_north_m=FOREST_SOUTH_M, origin=origin)
+    relief = build_relief(parameters, origin)
     return scene if relief is None else _standing_on(relief, scene)
+
+
+def build_relief(parameters: SceneParameters, origin: GeodeticPosition | None = None) -> Relief | None:
+    """Build the ground of a scene alone, by the arguments of :func:`build_scene`; None where it is level."""
+    east_m = parameters.side_m / 2
+    box = (-east_m, CLEARING_SOUTH_M, east_m, FOREST_SOUTH_M + parameters.side_m)
+    return make_relief(parameters.terrain, parameters.seed, box, level_north_m=FOREST_SOUTH_M, origin=origin)
 
 
 def _standing_on(relief: Relief, scene: Scene) -> Scene:

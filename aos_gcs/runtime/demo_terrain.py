@@ -1,0 +1,99 @@
+"""The ground of a simulated mission as the elevation model of its service, and the layers that clear it."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import sys
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from aos_gcs.config.model import ServiceConfig
+from aos_gcs.config.settings import mission_settings
+from aos_gcs.elevation.model import ModelKind
+from aos_gcs.errors import ConfigurationError, InputDataError
+from aos_gcs.planning.plan import plan_of
+from aos_gcs.planning.settings import FlightSettings, TerrainSettings
+from aos_gcs.planning.terrain_check import highest_flown_ground_m
+
+LEVEL = "flat"
+FLOOR_ABOVE_GROUND_M = 25.0
+"""Floor above the ground: 10 m below the lowest layer, as altitudes by satellites alone err by metres."""
+EXIT_REFUSED = 2
+"""Exit code of a simulator that cannot use an option; it has said so in one line."""
+
+_FILE_ENDINGS = (".tif", ".tiff", ".asc")
+_LAUNCH_SITE_ENU_M = ((-50.0, -22.0), (50.0, -22.0), (50.0, 0.0), (-50.0, 0.0))
+"""Corners of the place where the simulator's vehicles stand, however many."""
+
+
+async def elevation_model(terrain: str, *, seed: int, origin: str, folder: Path) -> Path | None:
+    """Return the file of the ground that the simulator has; None where it is level.
+
+    Args:
+        terrain: as of the simulator's option ``--terrain``.
+        seed: seed of the world.
+        origin: as of the simulator's option ``--origin``.
+        folder: folder for the file, made if need be; a file that the user has named stays where it is.
+
+    Raises:
+        ConfigurationError: the simulator refuses the terrain, or the file cannot be written.
+    """
+    if terrain == LEVEL:
+        return None
+    if terrain.lower().endswith(_FILE_ENDINGS):
+        return await asyncio.to_thread(Path(terrain).resolve)
+    path = folder / f"terrain-{terrain.replace(':', '-')}-{seed}.tif"
+    await asyncio.to_thread(_make, folder)
+    # Put in its place as a whole: another mission may read a file of the same name.
+    with tempfile.TemporaryDirectory(dir=folder) as temporary:
+        written = Path(temporary) / path.name
+        await _simulator(
+            *("--terrain", terrain, "--terrain-file", str(written), "--terrain-only"),
+            *("--seed", str(seed), "--origin", origin),
+        )
+        await asyncio.to_thread(written.replace, path)
+    return await asyncio.to_thread(path.resolve)
+
+
+def terrain_tables(file: Path, config: ServiceConfig) -> dict[str, Any]:
+    """Return the tables of a configuration by which a service flies over the ground of a file.
+
+    Args:
+        file: elevation model.
+        config: configuration without it.
+
+    Raises:
+        ConfigurationError: the file cannot be used, or the ground below the mission is not known.
+    """
+    ground = TerrainSettings(files=(str(file),), kind=ModelKind.TERRAIN, floor_above_ground_m=FLOOR_ABOVE_GROUND_M)
+    settings = replace(mission_settings(config), terrain=ground)
+    try:
+        highest_m = highest_flown_ground_m(plan_of(settings), settings, _LAUNCH_SITE_ENU_M)
+    except InputDataError as error:
+        raise ConfigurationError(str(error)) from error
+    lowest_m = FlightSettings().lowest_layer_m + max(0, math.ceil(highest_m))
+    table = {"files": [str(file)], "kind": str(ground.kind), "floor_above_ground_m": FLOOR_ABOVE_GROUND_M}
+    return {"terrain": table, "flight": {"lowest_layer_m": lowest_m}}
+
+
+async def _simulator(*arguments: str) -> None:
+    process = await asyncio.create_subprocess_exec(
+        *(sys.executable, "-m", "aos_gcs", "sim", *arguments),
+        stdin=asyncio.subprocess.DEVNULL,
+        stdout=asyncio.subprocess.DEVNULL,
+        stderr=asyncio.subprocess.PIPE,
+    )
+    _, said = await process.communicate()
+    if process.returncode != 0:
+        lines = said.decode(errors="replace").strip().splitlines() or ["it said nothing"]
+        raise ConfigurationError(lines[-1].removeprefix("aos-gcs: "))
+
+
+def _make(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ConfigurationError(f"The folder {folder} for the ground cannot be made: {error.strerror}.") from error
