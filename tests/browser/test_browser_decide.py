@@ -78,6 +78,26 @@ async def test_a_finding_is_confirmed_with_a_remark_and_seen_by_observers(
     assert page_record.errors == []
 
 
+async def test_pictures_of_a_finding_are_enlarged(page: Page, found_service: Service) -> None:
+    await with_thumbnails(page)
+    await open_page(page, found_service.url, "decide")
+    await page.get_by_test_id("finding-1").click()
+    await page.get_by_test_id("enlarge-thermal").focus()
+    await page.keyboard.press("Enter")
+    window = page.get_by_test_id("finding-large")
+    await expect(window.locator("img")).to_have_count(2)
+    for width_px, height_px, least_px in ((1280, 800, 500), (390, 844, 300)):
+        await page.set_viewport_size({"width": width_px, "height": height_px})
+        for picture in await window.locator("img").all():
+            box = await picture.bounding_box()
+            assert box is not None
+            assert min(box["width"], box["height"]) >= least_px
+        assert await window.evaluate("window => window.scrollWidth <= window.clientWidth")
+    await page.keyboard.press("Escape")
+    await expect(window).to_have_count(0)
+    await expect(page.get_by_test_id("enlarge-thermal")).to_be_focused()
+
+
 async def test_a_finding_that_is_an_earlier_one_points_to_it(page: Page, found_service: Service) -> None:
     mission = found_service.mission
     (finding,) = mission.findings.all()

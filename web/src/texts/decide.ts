@@ -16,6 +16,8 @@ export const decide = {
   },
   noPicture: "no image",
   pictureOf: (kind: "integral" | "thermal", id: number) => `${names.picture[kind]} image of finding ${id}`,
+  enlarge: "Enlarge",
+  caption: (kind: "integral" | "thermal") => `${names.picture[kind]}, north up`,
   notation: { decimal: "Decimal", dms: "DMS", utm: "UTM", mgrs: "MGRS" },
   copy: "Copy",
   copied: "Copied",

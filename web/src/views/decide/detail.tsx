@@ -8,7 +8,7 @@ import { texts } from "../../texts";
 import { type Fact, Facts } from "../../ui/facts";
 import { Panel } from "../../ui/panel";
 import { ellipseText, sightingsText, significanceText, STATUS_SIGNS, statusText } from "./findings";
-import { Thumbnail } from "./thumbnail";
+import { FindingPictures } from "./pictures";
 
 /** Position in the notations that search teams use; unknown ones are left out. */
 export function notations({ position, dms, utm, mgrs }: Finding): [keyof typeof texts.decide.notation, string][] {
@@ -49,8 +49,7 @@ export function FindingDetail({ finding }: { finding: Finding }) {
       }
     >
       <div class="finding-pictures">
-        <Thumbnail finding={finding} kind="integral" />
-        <Thumbnail finding={finding} kind="thermal" />
+        <FindingPictures key={finding.finding_id} finding={finding} />
         {mayDecide && finding.merged_into === null && <Decision finding={finding} />}
       </div>
       <ul class="notations">

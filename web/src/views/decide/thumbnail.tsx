@@ -11,9 +11,11 @@ const TRY_AGAIN_AFTER_MS = 1500;
 interface Props {
   finding: Finding;
   kind: "integral" | "thermal";
+  /** Makes the image a button. */
+  onEnlarge?(): void;
 }
 
-export function Thumbnail({ finding, kind }: Props) {
+export function Thumbnail({ finding, kind, onEnlarge }: Props) {
   const { capabilities } = useShell().state;
   const url = thumbnailUrl(finding, kind);
   const [tried, setTried] = useState({ url, times: 0, isWaiting: false });
@@ -25,7 +27,7 @@ export function Thumbnail({ finding, kind }: Props) {
   }, [url, times, isWaiting]);
   if (isWaiting || finding.step < 1 || !capabilities.viewer)
     return <span class="thumbnail is-empty">{texts.decide.noPicture}</span>;
-  return (
+  const image = (
     <img
       class="thumbnail"
       loading="lazy"
@@ -33,5 +35,17 @@ export function Thumbnail({ finding, kind }: Props) {
       alt={texts.decide.pictureOf(kind, finding.finding_id)}
       onError={() => setTried({ url, times: times + 1, isWaiting: true })}
     />
+  );
+  if (onEnlarge === undefined) return image;
+  return (
+    <button
+      type="button"
+      class="thumbnail-button"
+      title={texts.decide.enlarge}
+      data-testid={`enlarge-${kind}`}
+      onClick={onEnlarge}
+    >
+      {image}
+    </button>
   );
 }
