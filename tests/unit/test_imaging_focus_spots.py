@@ -11,11 +11,12 @@ from aos_gcs.geometry.poses import Pose, nadir_pose
 from aos_gcs.geometry.projection import project_points
 from aos_gcs.imaging.focus import autofocus
 from aos_gcs.imaging.focus import region as focus_region
+from aos_gcs.imaging.focus import spots as focus_spots
 from aos_gcs.imaging.focus.autofocus import find_focus
 from aos_gcs.imaging.focus.ground import ground_layer, is_among_crowns, is_seen_through
 from aos_gcs.imaging.focus.region import GroundRegion
 from aos_gcs.imaging.focus.spots import Spots, detect_spots, find_spots
-from aos_gcs.imaging.model import Frame
+from aos_gcs.imaging.model import Frame, Pixels
 
 CAMERA = CameraModel.from_fov(240, 240, np.radians(50.0))
 POSES = [nadir_pose([1.2 * i - 10.8, 1.5 * np.sin(i / 3.0), 35.0]) for i in range(19)]
@@ -82,6 +83,33 @@ def test_the_thermal_band_is_looked_at_apart_from_the_others() -> None:
     (alone,) = find_spots(frames, BOUNDS_M, HEIGHTS_M)
     np.testing.assert_array_equal(thermal.points_m, alone.points_m)
     assert ground_layer(others, np.zeros(2)) is None
+
+
+def test_finer_frames_show_the_same_things() -> None:
+    (coarse, *_) = flight(GROUND_M, 1.0)
+    image = coarse.image[:, :, 0]
+    spots = detect_spots(image)
+    finer = detect_spots(np.kron(image, np.ones((4, 4), dtype=np.float32)), reduction=4)
+    assert len(spots) == 5
+    np.testing.assert_allclose(finer, (spots + 0.5) * 4.0 - 0.5, atol=1e-6)
+
+
+@pytest.mark.parametrize(("sampling_m", "reduction"), [(0.2, 1), (0.064, 1), (0.035, 2), (0.01, 7)])
+def test_fine_frames_are_reduced_to_the_size_of_things(
+    sampling_m: float, reduction: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    reductions: list[int] = []
+
+    def detect(image: Pixels, reduction: int) -> NDArray[np.float64]:
+        del image
+        reductions.append(reduction)
+        return np.empty((0, 2))
+
+    monkeypatch.setattr(focus_spots, "detect_spots", detect)
+    (frame, *_) = flight(GROUND_M, 1.0)
+    (spots,) = find_spots([frame], BOUNDS_M, HEIGHTS_M, sampling_m)
+    assert len(spots.points_m) == 0
+    assert reductions == [reduction]
 
 
 def test_images_without_values_have_no_spots() -> None:

@@ -186,7 +186,8 @@ def _spots(search: _Search, low_m: float, high_m: float) -> list[Spots]:
     low_m, high_m = low_m - SPOTS_MARGIN_M, high_m + SPOTS_MARGIN_M
     count = min(math.ceil((high_m - low_m) / SPOTS_STEP_M), MAX_SPOTS_HEIGHTS)
     bounds_m = (float(left_m), float(near_m), float(right_m), float(far_m))
-    return find_spots(search.frames, bounds_m, np.linspace(low_m, high_m, count + 1))
+    heights_m = np.linspace(low_m, high_m, count + 1)
+    return find_spots(search.frames, bounds_m, heights_m, search.geometry.sampling_m)
 
 
 def focus_curve(

@@ -22,6 +22,12 @@ from aos_gcs.geometry.projection import pixel_rays, project_points
 from aos_gcs.imaging.model import Frame, Pixels
 from aos_gcs.imaging.undistort import seen_pixels
 
+SPOT_SAMPLING_M = 0.07
+"""Ground sampling distance at which the sizes in pixels below suit persons, stones and branches.
+
+Finer frames are reduced to about it: else their spots would be single leaves.
+"""
+
 SPOTS_PER_FRAME = 60
 SPOT_SIGMA_PX, SURROUNDINGS = 1.5, 4.0
 """Size of a spot, and that of its surroundings in multiples of it."""
@@ -135,13 +141,25 @@ def spot_planes(frame: Frame) -> list[Pixels]:
     return [frame.image[:, :, chosen].mean(axis=2) for chosen in (is_thermal, ~is_thermal) if chosen.any()]
 
 
-def detect_spots(image: Pixels) -> NDArray[np.float64]:
-    """Return the pixels of the brightest spots of an image of shape (H, W), shape (n, 2)."""
+def detect_spots(image: Pixels, reduction: int = 1) -> NDArray[np.float64]:
+    """Return the brightest spots of an image.
+
+    Args:
+        image: shape (H, W), any real type; NaN where it is not known.
+        reduction: edge of the square blocks of pixels that are averaged first.
+
+    Returns:
+        Pixels of the whole image, shape (n, 2).
+    """
     plane = image.astype(np.float32)
     known = np.isfinite(plane)
     if not known.any():
         return np.empty((0, 2))
     plane = np.where(known, plane - plane[known].mean(dtype=np.float64), 0.0).astype(np.float32)
+    if reduction > 1:
+        size = (math.ceil(plane.shape[1] / reduction), math.ceil(plane.shape[0] / reduction))
+        plane = np.asarray(cv2.resize(plane, size, interpolation=cv2.INTER_AREA), dtype=np.float32)
+        known = cv2.resize(known.astype(np.float32), size, interpolation=cv2.INTER_AREA) == 1.0
     fine, coarse = (cv2.GaussianBlur(plane, (0, 0), sigma) for sigma in (SPOT_SIGMA_PX, SPOT_SIGMA_PX * SURROUNDINGS))
     excess = fine - coarse
     deviation = np.sqrt(cv2.blur(excess**2, (CONTRAST_WINDOW_PX, CONTRAST_WINDOW_PX))) + FLAT_SHARE * excess.std()
@@ -149,11 +167,16 @@ def detect_spots(image: Pixels) -> NDArray[np.float64]:
     highest = cv2.dilate(contrast, np.ones((SEPARATION_PX, SEPARATION_PX)))
     rows, columns = np.nonzero((contrast == highest) & (contrast > MIN_CONTRAST) & known)
     best = np.argsort(-contrast[rows, columns], kind="stable")[:SPOTS_PER_FRAME]
-    return np.column_stack((columns[best], rows[best])).astype(np.float64)
+    places = np.column_stack((columns[best], rows[best])).astype(np.float64)
+    scale = np.array(image.shape[::-1]) / plane.shape[::-1]
+    return np.asarray((places + 0.5) * scale - 0.5)
 
 
 def find_spots(
-    frames: Iterable[Frame], bounds_m: tuple[float, float, float, float], heights_m: NDArray[np.float64]
+    frames: Iterable[Frame],
+    bounds_m: tuple[float, float, float, float],
+    heights_m: NDArray[np.float64],
+    sampling_m: float = SPOT_SAMPLING_M,
 ) -> list[Spots]:
     """Return where rays of spots meet: those of the thermal band, then those of the others, where there are any.
 
@@ -161,12 +184,14 @@ def find_spots(
         frames: gone through once; all with the same bands.
         bounds_m: smallest x and y, greatest x and y of the places.
         heights_m: level planes near which places are looked for; not further apart than rays that meet stay together.
+        sampling_m: ground sampling distance of the frames.
     """
+    reduction = max(round(SPOT_SAMPLING_M / sampling_m), 1)
     views: list[_View] = []
     pixels: list[list[NDArray[np.float64]]] = []
     for frame in frames:
         views.append(_View(frame.camera, frame.pose))
-        pixels.append([detect_spots(plane) for plane in spot_planes(frame)])
+        pixels.append([detect_spots(plane, reduction) for plane in spot_planes(frame)])
     return [_meetings(views, list(of_plane), bounds_m, heights_m) for of_plane in zip(*pixels, strict=True)]
 
 
