@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Protocol
 
 from aos_gcs.geometry.geodesy import GeodeticPosition
@@ -61,6 +62,14 @@ class Flight(Protocol):
     @property
     def highest_ground_m(self) -> float:
         """Height of the highest place of the search area; 0 on level ground."""
+        ...
+
+    def write_ground(self, path: Path) -> bool:
+        """Write the ground as an elevation model, a GeoTIFF of heights above the sea; False where it is level.
+
+        Raises:
+            ConfigurationError: a library is not installed, or the file cannot be written.
+        """
         ...
 
     @property

@@ -15,7 +15,7 @@ from aos_gcs.config.settings import mission_settings
 from aos_gcs.elevation.model import ModelKind
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.planning.plan import plan_of
-from aos_gcs.planning.settings import FlightSettings, TerrainSettings
+from aos_gcs.planning.settings import FlightSettings, MissionSettings, TerrainSettings
 from aos_gcs.planning.terrain_check import highest_flown_ground_m
 
 LEVEL = "flat"
@@ -58,6 +58,26 @@ async def elevation_model(terrain: str, *, seed: int, origin: str, folder: Path)
     return await asyncio.to_thread(path.resolve)
 
 
+def above_ground(settings: MissionSettings, file: Path) -> MissionSettings:
+    """Return the settings of a mission that knows its ground, with layers raised by the highest that it flies over.
+
+    Args:
+        settings: settings with the origin.
+        file: elevation model.
+
+    Raises:
+        ConfigurationError: the file cannot be used, or the ground below the mission is not known.
+    """
+    ground = TerrainSettings(files=(str(file),), kind=ModelKind.TERRAIN, floor_above_ground_m=FLOOR_ABOVE_GROUND_M)
+    known = replace(settings, terrain=ground)
+    try:
+        highest_m = highest_flown_ground_m(plan_of(known), known, _LAUNCH_SITE_ENU_M)
+    except InputDataError as error:
+        raise ConfigurationError(str(error)) from error
+    lowest_m = FlightSettings().lowest_layer_m + max(0, math.ceil(highest_m))
+    return replace(known, flight=replace(settings.flight, lowest_layer_m=lowest_m))
+
+
 def terrain_tables(file: Path, config: ServiceConfig) -> dict[str, Any]:
     """Return the tables of a configuration by which a service flies over the ground of a file.
 
@@ -68,15 +88,9 @@ def terrain_tables(file: Path, config: ServiceConfig) -> dict[str, Any]:
     Raises:
         ConfigurationError: the file cannot be used, or the ground below the mission is not known.
     """
-    ground = TerrainSettings(files=(str(file),), kind=ModelKind.TERRAIN, floor_above_ground_m=FLOOR_ABOVE_GROUND_M)
-    settings = replace(mission_settings(config), terrain=ground)
-    try:
-        highest_m = highest_flown_ground_m(plan_of(settings), settings, _LAUNCH_SITE_ENU_M)
-    except InputDataError as error:
-        raise ConfigurationError(str(error)) from error
-    lowest_m = FlightSettings().lowest_layer_m + max(0, math.ceil(highest_m))
-    table = {"files": [str(file)], "kind": str(ground.kind), "floor_above_ground_m": FLOOR_ABOVE_GROUND_M}
-    return {"terrain": table, "flight": {"lowest_layer_m": lowest_m}}
+    settings = above_ground(mission_settings(config), file)
+    table = {"files": [str(file)], "kind": str(ModelKind.TERRAIN), "floor_above_ground_m": FLOOR_ABOVE_GROUND_M}
+    return {"terrain": table, "flight": {"lowest_layer_m": settings.flight.lowest_layer_m}}
 
 
 async def _simulator(*arguments: str) -> None:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+import tempfile
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
+from pathlib import Path
 
 from aos_gcs.airspace.polygon import as_polygon, signed_area_m2
 from aos_gcs.imaging.persons.decision import CLAIMED
@@ -33,7 +35,10 @@ def fly_mission(settings: MissionsSettings, key: MissionKey) -> MissionResult:
         )
     )
     begin_s = time.process_time()
-    mission = fly(flight, mission_settings(flight, settings.vehicles, settings.strategy, key.seed))
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "ground.tif"
+        ground = file if flight.write_ground(file) else None
+        mission = fly(flight, mission_settings(flight, settings.vehicles, settings.strategy, key.seed, ground=ground))
     return judge(key, flight, mission, time.process_time() - begin_s)
 
 

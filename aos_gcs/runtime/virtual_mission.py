@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 from aos_gcs.clock import LoopClock
 from aos_gcs.imaging.step.settings import ImagingSettings
@@ -20,6 +21,7 @@ from aos_gcs.mission.model.steps import Picture, StepRecord
 from aos_gcs.mission.model.vehicles import SettingsRecord
 from aos_gcs.planning.settings import FlightSettings, MissionSettings, PreflightSettings
 from aos_gcs.ports import Capture
+from aos_gcs.runtime.demo_terrain import above_ground
 from aos_gcs.runtime.virtual_time import InlineWorker, run
 
 
@@ -77,19 +79,23 @@ class FlownMission:
     """What was concluded, by step."""
 
 
-def mission_settings(flight: Flight, vehicles: int, strategy: str, seed: int) -> MissionSettings:
+def mission_settings(
+    flight: Flight, vehicles: int, strategy: str, seed: int, *, ground: Path | None = None
+) -> MissionSettings:
     """Return the settings of an unattended search of a simulated area; what is not named is as in every mission.
 
-    Layers count from the origin: over relief they are as much higher as the area's highest ground.
+    Layers count from the origin: over relief they are as much higher as the area's highest ground, or, where a mission
+    knows its ground, as the highest below all that it flies over.
 
     Args:
         flight: the world.
         vehicles: number of vehicles.
         strategy: name of the swarm's strategy.
         seed: of the strategy's draws.
+        ground: elevation model that the mission knows; None: the ground counts as level.
     """
     usual = FlightSettings()
-    return MissionSettings(
+    settings = MissionSettings(
         vehicles=vehicles,
         any_vehicles=True,
         area_enu_m=flight.area_enu_m,
@@ -98,10 +104,11 @@ def mission_settings(flight: Flight, vehicles: int, strategy: str, seed: int) ->
         strategy=strategy,
         seed=seed,
         flight=replace(usual, lowest_layer_m=usual.lowest_layer_m + flight.highest_ground_m),
-        preflight=PreflightSettings(upload_fence=True),
+        preflight=PreflightSettings(upload_fence=True, set_return_height=ground is not None),
         auto_start=True,
         auto_return=True,
     )
+    return settings if ground is None else above_ground(settings, ground)
 
 
 def fly(flight: Flight, settings: MissionSettings) -> FlownMission:

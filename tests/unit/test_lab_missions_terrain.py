@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from aos_gcs.errors import ConfigurationError
@@ -13,6 +14,7 @@ from aos_gcs.lab.missions.model import MissionsSettings
 from aos_gcs.lab.missions.store import MissionsFolder
 from aos_gcs.lab.study_folder import SETTINGS_FILE
 from aos_gcs.planning.settings import FlightSettings as FlightPlan
+from aos_gcs.planning.terrain import ground_heights_m
 from aos_gcs.runtime.virtual_mission import mission_settings
 
 
@@ -27,6 +29,25 @@ def test_layers_lie_as_much_higher_as_the_highest_ground_of_the_area() -> None:
     assert settings.flight.lowest_layer_m == pytest.approx(FlightPlan().lowest_layer_m + 5.0)
     level = mission_settings(flight_over("flat"), 3, "aos-apso", 1)
     assert level.flight == FlightPlan()
+
+
+def test_a_mission_over_relief_knows_its_ground(tmp_path: Path) -> None:
+    pytest.importorskip("rasterio")
+    flight, file = flight_over("slope:20"), tmp_path / "ground.tif"
+    assert flight.write_ground(file)
+    settings = mission_settings(flight, 3, "aos-apso", 1, ground=file)
+    assert settings.focus_follows_ground
+    assert settings.preflight.set_return_height
+    assert settings.terrain is not None
+    (height_m,) = ground_heights_m(settings.terrain, flight.origin, np.array([(0.0, 33.0)]))
+    assert height_m == pytest.approx(5.0, abs=0.05)
+
+
+def test_level_ground_is_written_nowhere(tmp_path: Path) -> None:
+    flight, file = flight_over("flat"), tmp_path / "ground.tif"
+    assert not flight.write_ground(file)
+    assert not file.exists()
+    assert mission_settings(flight, 3, "aos-apso", 1).terrain is None
 
 
 @pytest.mark.parametrize("terrain", ["ground.tif", "slope:abc", "valley"])

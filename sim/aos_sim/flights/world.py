@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,7 @@ from aos_sim.world.conditions import Conditions
 from aos_sim.world.person import Posture
 from aos_sim.world.scene import Scene, SceneParameters, build_scene
 from aos_sim.world.terrain import is_file
+from aos_sim.world.terrain_file import write_geotiff
 
 FOV_RAD = math.radians(50.0)
 MAX_OF_A_KIND = 2
@@ -96,6 +98,12 @@ class SimulatedFlight:
         west_south, east_north = corners_enu_m.min(axis=0), corners_enu_m.max(axis=0)
         axes = (np.linspace(low, high, _AREA_SAMPLES) for low, high in zip(west_south, east_north, strict=True))
         return float(relief.height_m(*np.meshgrid(*axes)).max())
+
+    def write_ground(self, path: Path) -> bool:
+        """See :meth:`aos_gcs.lab.flights.Flight.write_ground`."""
+        if self._scene.relief is not None:
+            write_geotiff(path, self._scene.relief, self.origin)
+        return self._scene.relief is not None
 
     @property
     def min_height_above_ground_m(self) -> float | None:
