@@ -56,8 +56,8 @@ class FlightSettings(_Positive):
     arrival_speed_mps: float = 0.5
     """Speed below which a vehicle has arrived, so that frames are not blurred and poses not late."""
     reverse_heading: bool = True
-    """Whether vehicles turn round from step to step: the constant tilt of a camera then displaces a target to opposite
-    sides, which tells the tilt."""
+    """Whether vehicles turn round from step to step while a target may be in view: the constant tilt of a camera then
+    displaces it to opposite sides, which tells the tilt."""
 
     def __post_init__(self) -> None:
         _Positive.__post_init__(self)

@@ -139,7 +139,7 @@ class Decider:
         diagnostics, next_enu_m = self._choose_places(situation, analysis, in_view=in_view)
         waypoints = vet_plan(in_layers(situation.swarm, next_enu_m), situation.traffic, detours, ground)
         self.progress.note_waypoints(waypoints)
-        if self._settings.flight.reverse_heading:
+        if self._settings.flight.reverse_heading and self.tracker.sees_targets:
             self._heading_rad = math.pi - self._heading_rad
             waypoints = tuple(replace(one, heading_rad=self._heading_rad) for one in waypoints)
         return Decision(following, diagnostics, waypoints)

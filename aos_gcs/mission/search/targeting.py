@@ -103,6 +103,8 @@ class TargetTracker:
         self.blob_enu_m: EnuPoint | None = None
         """Middle on the focal plane of the blob that shows it; None when it is out of view."""
         self.steps_out_of_view = 0
+        self.sees_targets = False
+        """Whether anything large enough for a target was seen in the latest step, also where it is settled."""
 
     @property
     def target_walks(self) -> bool:
@@ -133,6 +135,7 @@ class TargetTracker:
             latest = self._seen.setdefault(track_id, self._none())
             latest.append(_Seen(self._step, place.position_enu_m, surprise_m, is_marked))
             self._up_m[track_id] = float(place.position_enu_m[2])
+        self.sees_targets = bool(sightings)
         if not sightings or sightings[0].settled:
             self.measured_enu_m = self.blob_enu_m = None
             self.steps_out_of_view += 1
