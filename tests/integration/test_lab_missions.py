@@ -56,6 +56,7 @@ def test_missions_are_flown_judged_and_written_down(tmp_path: Path, capsys: pyte
     ("options", "expected"),
     [
         (("--errors", "perfect"), "--errors must be one of none, rtk, gnss, got 'perfect'"),
+        (("--errors", "rtk,gnss"), "--errors gnss cannot be flown yet"),
         (("--conditions", "hail"), "conditions must be one of"),
         (("--vehicles", "1"), "vehicles must lie within 2 and 100"),
         (("--missions", "0", "--no-person", "0"), "--seed, --missions and --no-person"),

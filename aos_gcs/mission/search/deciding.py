@@ -77,6 +77,7 @@ class Decider:
         self._state = self._strategy.init(np.array(settings.scan_direction_enu))
         self._steps_found = 0
         self._heading_rad = 0.0
+        """Heading that the vehicles have been told last, north or south."""
         self._findings = findings
         self.tracker = TargetTracker(settings)
         self._claims = Claims(settings.detection, journal, self.tracker, findings)
