@@ -312,7 +312,7 @@ class FlightControl:
         speed_mps = 0.0 if velocity_enu_mps is None else float(np.linalg.norm(velocity_enu_mps))
         distance_m = float(np.linalg.norm(position_enu_m - member.waypoint_enu_m))
         hovers = distance_m <= self._settings.arrival_radius_m and speed_mps <= self._settings.arrival_speed_mps
-        return hovers and member.turn.is_over(member.state.heading_rad, self._clock.now_s())
+        return hovers and member.turn.is_over(self._clock.now_s())
 
     async def wait_until(
         self, members: Callable[[], Iterable[Member]], done: Callable[[Member], bool], timeout_s: float

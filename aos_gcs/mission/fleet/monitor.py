@@ -94,6 +94,7 @@ class Monitor:
                     if not is_catching_up:
                         self._links.look(member, self._context.settings.deadlines.lost_s)
                     self._watch_landing(member)
+                    member.turn.look(member.state.heading_rad, self._context.clock.now_s())
                     self._measure_battery(member)
                     if (reason := self._must_leave(member)) is not None:
                         group.create_task(self._returning().send_home(member, reason))

@@ -1,6 +1,6 @@
 """The heading that a vehicle has been told to turn to, and whether it has done so.
 
-No safety rests on a heading: a vehicle whose autopilot does not turn is neither waited for again nor asked again.
+No safety rests on a heading: a vehicle whose autopilot does not turn is asked again, but not waited for.
 """
 
 from __future__ import annotations
@@ -28,33 +28,36 @@ class Turn:
     until_s: float = -math.inf
     """Time at which it is no longer waited for."""
     reached_s: float | None = None
-    """Time since which the vehicle has headed there."""
+    """Time since which the vehicle has been seen to head there."""
     is_refused: bool = False
-    """Whether the vehicle has not turned when it was asked to."""
+    """Whether the vehicle had not turned when it was last asked to; until it has, nobody waits for it."""
 
     def order(self, heading_rad: float | None, present_rad: float | None, now_s: float) -> None:
-        """Note a heading that the vehicle is told, unless it has not followed an earlier one.
+        """Note a heading that the vehicle is told.
 
         Args:
             heading_rad: new heading; None: the autopilot's own rule.
             present_rad: heading by telemetry; None: not known.
             now_s: time.
         """
-        if now_s >= self.until_s and self._off_rad(present_rad) >= _NOT_TURNED_RAD:
-            self.is_refused = True
-        self.heading_rad = None if self.is_refused else heading_rad
-        self.until_s = now_s + TURN_S
+        if now_s >= self.until_s and self.heading_rad is not None:
+            self.is_refused = self._off_rad(present_rad) >= _NOT_TURNED_RAD
+        self.heading_rad = heading_rad
+        self.until_s = now_s if self.is_refused else now_s + TURN_S
         self.reached_s = None
 
-    def is_over(self, present_rad: float | None, now_s: float) -> bool:
-        """Return whether the vehicle has turned, or has had the time for it."""
+    def look(self, present_rad: float | None, now_s: float) -> None:
+        """Note the heading by telemetry, which None leaves open."""
         if self._off_rad(present_rad) > TOLERANCE_RAD:
             self.reached_s = None
-            return now_s >= self.until_s
-        if self.reached_s is None:
+        elif self.reached_s is None:
             self.reached_s = now_s
-        is_settled = self.heading_rad is None or now_s - self.reached_s >= SETTLE_S
-        return is_settled or now_s >= self.until_s
+
+    def is_over(self, now_s: float) -> bool:
+        """Return whether the vehicle has been seen to have turned, or has had the time for it."""
+        if self.heading_rad is None or now_s >= self.until_s:
+            return True
+        return self.reached_s is not None and now_s - self.reached_s >= SETTLE_S
 
     def _off_rad(self, present_rad: float | None) -> float:
         """Return how far it still has to turn; 0 where nothing was asked for, or nothing is known."""
