@@ -39,6 +39,8 @@ class FlightSettings:
     image_size_px: int = 512
     terrain: str = LEVEL_GROUND
     """Shape of the ground: ``flat``, ``hills`` or ``slope:PERCENT``, rising to the north from the launch site on."""
+    launch_spacing_m: float = 5.0
+    """Distance of neighbouring launch points."""
 
 
 class Flight(Protocol):

@@ -14,6 +14,7 @@ from typing import Any
 
 from aos_gcs.config.file import parse_config
 from aos_gcs.errors import ConfigurationError, LinkError
+from aos_gcs.lab.spacing import spacing_for
 from aos_gcs.lab.worlds import ErrorGrade
 from aos_gcs.mission.coordinator import Coordinator
 from aos_gcs.mission.model.phase import Phase
@@ -175,6 +176,8 @@ async def open_demo(options: DemoOptions) -> AsyncIterator[Demo]:
 
 def _tables(options: DemoOptions, link_port: int) -> dict[str, Any]:
     """Return the tables of the service's configuration, over level ground."""
+    spacing = spacing_for(options.errors)
+    overrides = [f"{check}: {reason}" for check, reason in spacing.overrides.items()]
     return {
         "clock_speed": options.speed,
         "link": {"urls": [f"udpin://127.0.0.1:{link_port}"]},
@@ -189,7 +192,8 @@ def _tables(options: DemoOptions, link_port: int) -> dict[str, Any]:
         },
         "swarm": {"strategy": options.strategy},
         "detection": {"stop_at_first": True},
-        "preflight": {"upload_fence": True, "set_return_height": True},
+        "flight": {"layer_spacing_m": spacing.layers_m},
+        "preflight": {"upload_fence": True, "set_return_height": True, "overrides": overrides},
         "deadlines": _real_deadlines(max(1.0, options.speed)),
         "safety": {
             "max_link_age_s": 3.0 * max(1.0, options.speed),
@@ -227,6 +231,7 @@ def _simulator_command(options: DemoOptions, link_port: int, world_file: Path, r
         *("--trees-per-ha", str(options.trees_per_ha)),
         *("--image-size", str(options.image_size_px)),
         *("--errors", options.errors),
+        *("--launch-spacing", str(spacing_for(options.errors).launch_m)),
         *("--animals", str(options.animals)),
         *("--stones", str(options.stones)),
         *("--world-file", str(world_file)),

@@ -89,8 +89,12 @@ def terrain_tables(file: Path, config: ServiceConfig) -> dict[str, Any]:
         ConfigurationError: the file cannot be used, or the ground below the mission is not known.
     """
     settings = above_ground(mission_settings(config), file)
+    flight = {
+        "lowest_layer_m": settings.flight.lowest_layer_m,
+        "layer_spacing_m": settings.flight.layer_spacing_m,
+    }
     table = {"files": [str(file)], "kind": str(ModelKind.TERRAIN), "floor_above_ground_m": FLOOR_ABOVE_GROUND_M}
-    return {"terrain": table, "flight": {"lowest_layer_m": settings.flight.lowest_layer_m}}
+    return {"terrain": table, "flight": flight}
 
 
 async def _simulator(*arguments: str) -> None:

@@ -10,17 +10,23 @@ from itertools import pairwise
 from pathlib import Path
 
 from aos_gcs.airspace.polygon import as_polygon, signed_area_m2
+from aos_gcs.errors import ConfigurationError
 from aos_gcs.imaging.persons.decision import CLAIMED
 from aos_gcs.lab.flights import Flight, FlightSettings, Place, build_flight
 from aos_gcs.lab.missions.model import HERE_M, MissionKey, MissionResult, MissionsSettings
 from aos_gcs.mission.model.decisions import ConclusionRecord
-from aos_gcs.mission.model.phase import Phase
+from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.model.steps import StepRecord
 from aos_gcs.runtime.virtual_mission import FlownMission, fly, mission_settings
 
 
 def fly_mission(settings: MissionsSettings, key: MissionKey) -> MissionResult:
-    """Fly one mission of a study. Equal arguments give equal results but for the processor time."""
+    """Fly one mission of a study. Equal arguments give equal results but for the processor time.
+
+    Raises:
+        ConfigurationError: preflight does not let it take off, or a value is out of its range.
+    """
+    spacing = settings.spacing(key.errors)
     flight = build_flight(
         FlightSettings(
             seed=key.seed,
@@ -32,13 +38,19 @@ def fly_mission(settings: MissionsSettings, key: MissionKey) -> MissionResult:
             side_m=settings.side_m,
             image_size_px=settings.image_size_px,
             terrain=settings.terrain,
+            launch_spacing_m=spacing.launch_m,
         )
     )
     begin_s = time.process_time()
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "ground.tif"
         ground = file if flight.write_ground(file) else None
-        mission = fly(flight, mission_settings(flight, settings.vehicles, settings.strategy, key.seed, ground=ground))
+        planned = mission_settings(
+            flight, settings.vehicles, settings.strategy, key.seed, ground=ground, spacing=spacing
+        )
+        mission = fly(flight, planned)
+    if mission.snapshot.outcome is Outcome.FAILED and not mission.steps:
+        raise ConfigurationError(f"Missions with --errors {key.errors} do not take off. {mission.snapshot.message}")
     return judge(key, flight, mission, time.process_time() - begin_s)
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from aos_gcs.clock import LoopClock
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.lab.flights import Flight
+from aos_gcs.lab.spacing import Spacing
 from aos_gcs.mission.coordinator import Coordinator
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal
@@ -80,7 +81,13 @@ class FlownMission:
 
 
 def mission_settings(
-    flight: Flight, vehicles: int, strategy: str, seed: int, *, ground: Path | None = None
+    flight: Flight,
+    vehicles: int,
+    strategy: str,
+    seed: int,
+    *,
+    ground: Path | None = None,
+    spacing: Spacing | None = None,
 ) -> MissionSettings:
     """Return the settings of an unattended search of a simulated area; what is not named is as in every mission.
 
@@ -93,8 +100,9 @@ def mission_settings(
         strategy: name of the swarm's strategy.
         seed: of the strategy's draws.
         ground: elevation model that the mission knows; None: the ground counts as level.
+        spacing: how far apart the vehicles fly; None: as they do with corrected positions.
     """
-    usual = FlightSettings()
+    usual, apart = FlightSettings(), spacing or Spacing()
     settings = MissionSettings(
         vehicles=vehicles,
         any_vehicles=True,
@@ -103,8 +111,12 @@ def mission_settings(
         origin=flight.origin,
         strategy=strategy,
         seed=seed,
-        flight=replace(usual, lowest_layer_m=usual.lowest_layer_m + flight.highest_ground_m),
-        preflight=PreflightSettings(upload_fence=True, set_return_height=ground is not None),
+        flight=replace(
+            usual,
+            lowest_layer_m=usual.lowest_layer_m + flight.highest_ground_m,
+            layer_spacing_m=apart.layers_m,
+        ),
+        preflight=PreflightSettings(upload_fence=True, set_return_height=ground is not None, overrides=apart.overrides),
         auto_start=True,
         auto_return=True,
     )

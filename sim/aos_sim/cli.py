@@ -76,6 +76,10 @@ def sim(
     origin: Annotated[
         str, typer.Option(help="Launch site: LAT,LON,ALT in degrees and metres above sea level.")
     ] = "48.3,14.3,260",
+    launch_spacing: Annotated[
+        float,
+        typer.Option(metavar="M", help="Distance of two launch points; --errors gnss needs 10, and 5 is enough else."),
+    ] = 5.0,
     trees_per_ha: TreesPerHa = 300.0,
     animals: Animals = 0,
     stones: Stones = 0,
@@ -138,6 +142,7 @@ def sim(
         image_size_px=image_size,
         fov_rad=math.radians(fov),
         errors=model,
+        launch_spacing_m=launch_spacing,
         cameras=not no_camera,
         image_folder=image_folder,
         http_port=http_port,

@@ -54,6 +54,7 @@ MAX_SYSTEM_ID = 250
 """Ids above are for ground stations."""
 
 GRID_M = 5.0
+MAX_LAUNCH_SPACING_M = 20.0
 MAX_ROWS = 5
 LEAST_COLUMNS = 10
 HEADING_SIGMA_RAD = math.radians(5.0)
@@ -86,6 +87,8 @@ class SwarmOptions:
     fov_rad: float = math.radians(50.0)
     errors: ErrorModel = RTK
     """Errors of the vehicles and their cameras, and the wind."""
+    launch_spacing_m: float = GRID_M
+    """Distance of neighbouring launch points."""
     cameras: bool = True
     """Whether the vehicles have cameras of their own."""
     image_folder: Path | None = None
@@ -106,6 +109,10 @@ class SwarmOptions:
         _check(
             self.step_ticks is None or self.step_ticks in STEPS_TICKS,
             f"step_ticks must be 1, 2 or 5, got {self.step_ticks}.",
+        )
+        _check(
+            1.0 <= self.launch_spacing_m <= MAX_LAUNCH_SPACING_M,
+            f"--launch-spacing must lie within 1 and {MAX_LAUNCH_SPACING_M:g}, got {self.launch_spacing_m:g}.",
         )
         _check(self.seed >= 0, f"--seed must be 0 or more, got {self.seed}.")
         check_camera_options(self.image_size_px, self.fov_rad, self.http_port)
@@ -138,17 +145,18 @@ def _check(valid: bool, message: str) -> None:
         raise ConfigurationError(message)
 
 
-def home_positions_enu_m(count: int, relief: Relief | None = None) -> NDArray[np.float64]:
-    """Return where vehicles stand, shape (count, 3): rows along east, 5 m apart, going south from the origin.
+def home_positions_enu_m(count: int, relief: Relief | None = None, spacing_m: float = GRID_M) -> NDArray[np.float64]:
+    """Return where vehicles stand, shape (count, 3): rows along east, going south from the origin.
 
     Args:
         count: number of vehicles.
         relief: shape of the ground; None: the plane z = 0.
+        spacing_m: distance of neighbours.
     """
     columns = min(count, max(LEAST_COLUMNS, math.ceil(count / MAX_ROWS)))
     index = np.arange(count)
-    east_m = (index % columns - (columns - 1) / 2) * GRID_M
-    north_m = -(index // columns) * GRID_M
+    east_m = (index % columns - (columns - 1) / 2) * spacing_m
+    north_m = -(index // columns) * spacing_m
     homes_enu_m = np.column_stack([east_m, north_m, np.zeros(count)])
     homes_enu_m[:, 2] = ground_below(homes_enu_m, relief)
     return homes_enu_m
@@ -179,7 +187,7 @@ class SimulatedSwarm:
         self._limits = AirframeLimits()
         self._step_ticks = options.ticks_per_step()
         self._step_s = self._step_ticks * TICK_S
-        homes_enu_m = home_positions_enu_m(options.vehicles, relief)
+        homes_enu_m = home_positions_enu_m(options.vehicles, relief, options.launch_spacing_m)
         self.state = SwarmState.at_rest(homes_enu_m, self._rng.normal(0.0, HEADING_SIGMA_RAD, len(homes_enu_m)))
         self.now = SimTime(0, start_utc_us=time.time_ns() // 1000)
         self.errors = PositionProcess(options.errors.position, options.vehicles, options.seed)

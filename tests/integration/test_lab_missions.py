@@ -52,11 +52,22 @@ def test_missions_are_flown_judged_and_written_down(tmp_path: Path, capsys: pyte
     assert "| persons found, share | 1 | 1.00 | 1.00 | +0.00 |" in document.read_text(encoding="utf-8")
 
 
+def test_vehicles_without_corrections_take_off_and_keep_apart(tmp_path: Path) -> None:
+    out = tmp_path / "study"
+    alone = ("--missions", "1", "--no-person", "0", "--seed", "7", "--side", "20", "--vehicles", "2")
+    assert command("--out", str(out), *SMALL, *alone, "--image-size", "64", "--errors", "gnss") == 0
+    result = json.loads((out / MISSIONS_FILE).read_text(encoding="utf-8"))
+    assert (result["landed"], result["coverage"] > 0.95) == (2, True)
+    assert result["min_separation_m"] >= UNLIMITED.separation_m
+
+
 @pytest.mark.parametrize(
     ("options", "expected"),
     [
         (("--errors", "perfect"), "--errors must be one of none, rtk, gnss, got 'perfect'"),
-        (("--errors", "rtk,gnss"), "--errors gnss cannot be flown yet"),
+        (("--errors", "gnss", "--layer-spacing", "2"), "do not take off. Preflight did not pass"),
+        (("--layer-spacing", "0"), "--layer-spacing must lie within 1 and 100"),
+        (("--launch-spacing", "nan"), "--launch-spacing must lie within 1 and 20"),
         (("--conditions", "hail"), "conditions must be one of"),
         (("--vehicles", "1"), "vehicles must lie within 2 and 100"),
         (("--missions", "0", "--no-person", "0"), "--seed, --missions and --no-person"),

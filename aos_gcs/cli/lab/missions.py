@@ -9,7 +9,6 @@ import typer
 
 from aos_gcs.cli.lab.effectiveness import parse_densities
 from aos_gcs.cli.lab.one_thread import use_one_thread
-from aos_gcs.errors import ConfigurationError
 
 
 def missions(
@@ -33,7 +32,7 @@ def missions(
         ),
     ] = "cool",
     errors: Annotated[
-        str, typer.Option(help="Grades of errors of vehicles and cameras, separated by commas: none or rtk.")
+        str, typer.Option(help="Grades of errors of vehicles and cameras, separated by commas: none, rtk or gnss.")
     ] = "rtk",
     seed: Annotated[int, typer.Option(help="Random seed of the first mission; the others count up from it.")] = 0,
     strategy: Annotated[str, typer.Option(help="Name of the swarm's strategy.")] = "aos-apso",
@@ -54,6 +53,16 @@ def missions(
             "Layers are as much higher as the highest ground of the area; the focal plane stays level."
         ),
     ] = "flat",
+    layer_spacing: Annotated[
+        float | None,
+        typer.Option(
+            metavar="M", help="Vertical distance of two altitude layers. [default: 2, and 7.5 with --errors gnss]"
+        ),
+    ] = None,
+    launch_spacing: Annotated[
+        float | None,
+        typer.Option(metavar="M", help="Distance of two launch points. [default: 5, and 10 with --errors gnss]"),
+    ] = None,
     jobs: Annotated[int, typer.Option(help="Number of processes on this machine.")] = 1,
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Address of a Dask scheduler, such as tcp://10.0.0.1:8786.")
@@ -85,12 +94,9 @@ def missions(
         with_person=with_person,
         without_person=without_person,
     )
-    if any(key.errors == "gnss" for key in keys):
-        raise ConfigurationError(
-            "--errors gnss cannot be flown yet: preflight refuses layers of 2 m and launch points 5 m apart for "
-            "positions as inaccurate as that. Choose none or rtk."
-        )
-    settings = MissionsSettings(strategy, vehicles, side, image_size, version("aos-gcs"), terrain)
+    settings = MissionsSettings(
+        strategy, vehicles, side, image_size, version("aos-gcs"), terrain, layer_spacing, launch_spacing
+    )
     # Before hours of work: a document that cannot be renewed, or a reference that does not fit, is refused at once.
     frame = None if document is None else missions_frame(document)
     rival = None if reference is None else reference_missions(reference, settings)

@@ -8,6 +8,7 @@ from itertools import product
 
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.lab.flights import LEVEL_GROUND
+from aos_gcs.lab.spacing import Spacing, spacing_for
 
 HERE_M = 3.0
 """A claim farther from every person than this is a false one."""
@@ -30,11 +31,20 @@ class MissionsSettings:
     """Version of the program: results of another one belong to another study."""
     terrain: str = LEVEL_GROUND
     """Shape of the ground, in the simulator's words."""
+    layer_spacing_m: float | None = None
+    """Vertical distance of two altitude layers; None: what the errors of a mission's vehicles need."""
+    launch_spacing_m: float | None = None
+    """The same for the distance of two launch points."""
 
     def __post_init__(self) -> None:
         for name, low, high in (("vehicles", 2, 100), ("side_m", 20, 300), ("image_size_px", 64, 4096)):
             if not low <= getattr(self, name) <= high:
                 raise ConfigurationError(f"{name} must lie within {low} and {high}, but is {getattr(self, name):g}.")
+        self.spacing("")
+
+    def spacing(self, errors: str) -> Spacing:
+        """Return how far apart vehicles stand and fly that have errors of this grade."""
+        return spacing_for(errors, self.layer_spacing_m, self.launch_spacing_m)
 
 
 @dataclass(frozen=True, slots=True, order=True)

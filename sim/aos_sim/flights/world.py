@@ -21,7 +21,7 @@ from aos_sim.flights.conditions import study_conditions
 from aos_sim.flights.swarm import FlownSwarm
 from aos_sim.flights.vehicle import FlownVehicle
 from aos_sim.render.renderer import Renderer
-from aos_sim.swarm import DEFAULT_ORIGIN, MAX_VEHICLES, home_positions_enu_m
+from aos_sim.swarm import DEFAULT_ORIGIN, GRID_M, MAX_VEHICLES, home_positions_enu_m
 from aos_sim.world.conditions import Conditions
 from aos_sim.world.person import Posture
 from aos_sim.world.scene import Scene, SceneParameters, build_scene
@@ -57,14 +57,25 @@ class SimulatedFlight:
         vehicles: number of vehicles.
         image_size_px: edge of the square images.
         seed: of all errors.
+        launch_spacing_m: distance of neighbouring launch points.
 
     Raises:
         ConfigurationError: a value is out of its range.
     """
 
-    def __init__(self, scene: Scene, errors: ErrorModel, vehicles: int, image_size_px: int, seed: int) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        errors: ErrorModel,
+        vehicles: int,
+        image_size_px: int,
+        seed: int,
+        *,
+        launch_spacing_m: float = GRID_M,
+    ) -> None:
         if not 2 <= vehicles <= MAX_VEHICLES:
             raise ConfigurationError(f"vehicles must lie within 2 and {MAX_VEHICLES}, got {vehicles}.")
+        self._launch_spacing_m = launch_spacing_m
         self._scene = scene
         self._errors = errors
         self._vehicles = vehicles
@@ -123,7 +134,7 @@ class SimulatedFlight:
     def fleet(self, clock: Clock) -> FlownFleet:
         """See :meth:`aos_gcs.lab.flights.Flight.fleet`."""
         frame, relief = LocalFrame(self.origin), self._scene.relief
-        homes_enu_m = home_positions_enu_m(self._vehicles, relief)
+        homes_enu_m = home_positions_enu_m(self._vehicles, relief, self._launch_spacing_m)
         swarm = self._swarm = FlownSwarm(clock, frame, homes_enu_m, self._errors, self._seed, relief=relief)
         cameras = ErringCameras(self._errors, self._camera, self._seed)
         return FlownFleet(
@@ -142,7 +153,14 @@ def build_simulated_flight(settings: FlightSettings) -> SimulatedFlight:
     conditions = study_conditions(settings.conditions)
     errors = conditions.errors(error_model(settings.errors))
     scene = conditions.scene(build_scene(_scene_parameters(settings, conditions.weather)))
-    return SimulatedFlight(scene, errors, settings.vehicles, settings.image_size_px, settings.seed)
+    return SimulatedFlight(
+        scene,
+        errors,
+        settings.vehicles,
+        settings.image_size_px,
+        settings.seed,
+        launch_spacing_m=settings.launch_spacing_m,
+    )
 
 
 def _scene_parameters(settings: FlightSettings, weather: Conditions) -> SceneParameters:

@@ -1,0 +1,35 @@
+"""How far apart the laboratory's vehicles stand and fly, by the errors of their positions."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from aos_gcs.airspace.accuracy import CONFIDENCE, Accuracy, beside_errors_m, greatest_accuracy_m
+from aos_gcs.airspace.limits import UNLIMITED
+from aos_gcs.errors import ConfigurationError
+from aos_gcs.lab.missions.model import MissionsSettings
+from aos_gcs.lab.spacing import spacing_for
+from aos_sim.errors.model import GRADES
+
+
+@pytest.mark.parametrize("grade", GRADES)
+def test_layers_and_launch_points_of_a_grade_bear_its_errors(grade: str) -> None:
+    spacing, accuracy = spacing_for(grade), Accuracy(*GRADES[grade].position.accuracy_m)
+    assert greatest_accuracy_m(UNLIMITED.separation_m, spacing.layers_m) >= accuracy.vertical_m
+    # Reported distances of launch points err, too.
+    reported_m = spacing.launch_m - CONFIDENCE * math.sqrt(2.0) * accuracy.horizontal_m
+    assert reported_m >= UNLIMITED.launch_distance_m + beside_errors_m(accuracy)
+
+
+def test_what_is_set_takes_the_place_of_what_a_grade_needs() -> None:
+    assert MissionsSettings(layer_spacing_m=9.0).spacing("gnss").layers_m == 9.0
+    assert MissionsSettings(launch_spacing_m=12.0).spacing("rtk").launch_m == 12.0
+    assert MissionsSettings().spacing("rtk").overrides == {}
+
+
+@pytest.mark.parametrize(("field", "value"), [("layer_spacing_m", 0.0), ("launch_spacing_m", math.nan)])
+def test_spacings_out_of_range_name_the_option(field: str, value: float) -> None:
+    with pytest.raises(ConfigurationError, match=f"--{field.removesuffix('_m').replace('_', '-')} must lie within 1"):
+        MissionsSettings(**{field: value})
