@@ -62,10 +62,10 @@ async def test_a_finding_is_confirmed_with_a_remark_and_seen_by_observers(
     assert (finding.comment, finding.assignee, finding.operator) == ("lies under the spruce", "team 2", "Ada")
 
     await page.get_by_test_id("mark-at").click()
-    await page.get_by_test_id("mark-latitude").fill("-91")
-    await expect(page.get_by_test_id("mark-latitude-problem")).to_have_text("Enter a number from -90 to 90")
-    await page.get_by_test_id("mark-latitude").fill("-48.3")
-    await page.get_by_test_id("mark-longitude").fill("14.3")
+    await page.get_by_test_id("mark-place").fill("-91, 14.3")
+    await expect(page.get_by_test_id("mark-place-problem")).to_contain_text("latitude and longitude, UTM")
+    await expect(page.get_by_test_id("mark-ok")).to_be_disabled()
+    await page.get_by_test_id("mark-place").fill("48.3 S 14.3 E")
     await page.get_by_test_id("mark-ok").click()
     await expect(page.get_by_test_id("mark-refusal")).to_contain_text("more than 50 km from the mission")
     page_record.errors.clear()  # the browser's word on the refusal

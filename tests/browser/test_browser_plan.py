@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from pathlib import Path
@@ -12,6 +13,7 @@ import pytest_asyncio
 from fastapi import FastAPI
 from playwright.async_api import FilePayload, Page, Route, expect
 
+from aos_gcs.geometry.notations import dms, mgrs_text
 from aos_gcs.planning.plan import plan_of
 from aos_gcs.planning.shape_files import MAX_FILE_BYTES
 from tests.browser.conftest import OPERATOR_CODE, PageRecord, Service, serving
@@ -179,8 +181,28 @@ async def test_shapes_come_from_files_and_broken_ones_are_refused(page: Page, pl
     await expect(page.get_by_test_id("shape-no_go[0]")).to_contain_text("4 corners")
     await expect(page.get_by_test_id("shape-launch")).to_contain_text("set")
     await page.get_by_test_id("shape-area").click()
-    await page.get_by_test_id("unit-deg").click()
-    await expect(page.get_by_test_id("vertex-0-0")).to_have_value(f"{ORIGIN.latitude_deg - 1e-3:.4f}")
+    await page.get_by_test_id("unit-globe").click()
+    await expect(page.get_by_test_id("vertex-0")).to_have_value(re.compile("N, .*E$"))
+
+
+async def test_positions_are_shown_in_the_chosen_notation_and_read_in_any(page: Page, planned_service: Service) -> None:
+    await open_plan(page, planned_service)
+    await page.get_by_test_id("unit-globe").click()
+    await page.get_by_test_id("settings-open").click()
+    await page.get_by_test_id("notation-mgrs").click()
+    await page.get_by_test_id("settings-close").click()
+    corner = page.get_by_test_id("vertex-0")
+    await expect(corner).to_have_value(re.compile("^33U VP"))
+    await corner.fill("somewhere")
+    await expect(page.get_by_test_id("vertex-0-problem")).to_contain_text("or MGRS")
+    south, west = ORIGIN.latitude_deg - 1e-3, ORIGIN.longitude_deg - 1e-3
+    await corner.fill(dms(south, west))
+    await corner.blur()
+    await expect(corner).to_have_value(mgrs_text(south, west))
+
+    await page.reload()
+    await page.get_by_test_id("unit-globe").click()
+    await expect(corner).to_have_value(re.compile("^33U VP"))
 
 
 async def test_changes_are_taken_back_and_made_again(page: Page, planned_service: Service) -> None:

@@ -40,13 +40,6 @@ export function gpsFix(fix: number | null): string {
   return fix === null ? UNKNOWN : (texts.names.gpsFix[fix] ?? String(fix));
 }
 
-/** Latitude and longitude. */
-export function latLon(latitude_deg: number, longitude_deg: number): string {
-  const half = (value: number, plus: string, minus: string): string =>
-    `${Math.abs(value).toFixed(6)}° ${value >= 0 ? plus : minus}`;
-  return `${half(latitude_deg, "N", "S")}, ${half(longitude_deg, "E", "W")}`;
-}
-
 /** East and north of the origin. */
 export function eastNorth(east_m: number, north_m: number): string {
   return `E ${quantity(east_m, 1, "m")}, N ${quantity(north_m, 1, "m")}`;

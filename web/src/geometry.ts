@@ -2,10 +2,13 @@
  * Conversion between ENU metres about the origin of the mission and WGS 84 degrees, and shapes on the ground. Pure
  * functions.
  */
-import type { Geodetic } from "./api/types";
+import type { Geodetic, Place } from "./api/types";
 import type { EnuPoint } from "./state/state";
 
 export type LngLat = [number, number];
+
+export const lngLat = ({ longitude_deg, latitude_deg }: Place): LngLat => [longitude_deg, latitude_deg];
+export const placeAt = ([longitude_deg, latitude_deg]: LngLat): Place => ({ latitude_deg, longitude_deg });
 
 const WGS84_A_M = 6378137;
 const WGS84_E2 = 6.69437999014e-3;

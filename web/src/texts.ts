@@ -109,7 +109,13 @@ export const texts = {
     themes: THEME,
     alerts: "Alert sounds",
     voice: { off: "Off", sound: "Sound", speech: "Sound and speech" },
+    notation: "Coordinates",
     close: "Close",
+  },
+  places: {
+    notation: { decimal: "Decimal", dms: "DMS", utm: "UTM", mgrs: "MGRS" },
+    label: "Position, in any notation",
+    unreadable: "Enter latitude and longitude, UTM with zone and band, or MGRS",
   },
   scope: {
     label: "Send to",

@@ -70,9 +70,14 @@ test("what is not known is told as such, never as a zero", () => {
   expect(ellipseText(finding(1, { ellipse }))).toBe("2.0 × 1.0\u202fm, 30\u202f°");
 });
 
-test("only notations that are known are offered", () => {
-  expect(notations(finding(1))).toEqual([]);
-  expect(notations(finding(1, { utm: "33U 450091 5353915" }))).toEqual([["utm", "33U 450091 5353915"]]);
+test("the chosen notation comes first, and none without an origin on the globe", () => {
+  expect(notations(finding(1), "utm")).toEqual([]);
+  const { position } = finding(1);
+  const at = (latitude_deg: number) =>
+    notations(finding(1, { position: { ...position, latitude_deg, longitude_deg: 14.3 } }), "utm");
+  expect(at(48.3).map(([name]) => name)).toEqual(["utm", "decimal", "dms", "mgrs"]);
+  expect(at(48.3)[0]).toEqual(["utm", "33U 448087 5349882"]);
+  expect(at(86).map(([name]) => name)).toEqual(["utm", "dms"]);
 });
 
 test("findings have their numbers and signs on the map, the chosen one stands out", () => {

@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { age, duration, eastNorth, gpsFix, latLon, quantity, ranges } from "../src/format";
+import { age, duration, eastNorth, gpsFix, quantity, ranges } from "../src/format";
 
 test("what was never reported is a dash, not a zero", () => {
   expect(quantity(null, 1, "m")).toBe("–");
@@ -25,7 +25,6 @@ test("durations and ages", () => {
 });
 
 test("places", () => {
-  expect(latLon(48.5, -14.25)).toBe("48.500000° N, 14.250000° W");
   expect(eastNorth(1, -2)).toBe("E 1.0\u202fm, N \u22122.0\u202fm");
 });
 

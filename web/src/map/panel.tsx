@@ -1,8 +1,9 @@
 /** Map of a view, with its controls; without WebGL a message instead. */
 import type { ComponentChildren } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
-import { eastNorth, latLon } from "../format";
-import type { LngLat } from "../geometry";
+import { written } from "../coordinates";
+import { eastNorth } from "../format";
+import { type LngLat, placeAt } from "../geometry";
 import { useShell } from "../shell/context";
 import type { ViewName } from "../shell/route";
 import type { EnuPoint } from "../state/state";
@@ -26,7 +27,7 @@ interface Props {
 const lastCameras = new Map<ViewName, { missionId: string; camera: Camera }>();
 
 export function MapPanel({ layers, overlay = null, extent = [], lookAt = null, children }: Props) {
-  const { state, theme, selection, snapshotAge_s, route, isSurvey } = useShell();
+  const { state, theme, notation, selection, snapshotAge_s, route, isSurvey } = useShell();
   const container = useRef<HTMLDivElement>(null);
   const view = useRef<MapView | null>(null);
   const [isPossible] = useState(hasWebGl);
@@ -74,7 +75,7 @@ export function MapPanel({ layers, overlay = null, extent = [], lookAt = null, c
           <output class="map-cursor" data-testid="map-cursor" aria-label={texts.map.cursor}>
             {cursor && (
               <>
-                <b>{eastNorth(cursor.enu[0], cursor.enu[1])}</b> {latLon(cursor.lngLat[1], cursor.lngLat[0])}
+                <b>{eastNorth(cursor.enu[0], cursor.enu[1])}</b> {written(placeAt(cursor.lngLat), notation)}
               </>
             )}
           </output>

@@ -1,6 +1,7 @@
 /** Shell: header, tabs, alerts and windows around one view. */
 import { useEffect, useState } from "preact/hooks";
 import type { HoldStream } from "../api/hold";
+import { storedNotation, storeNotation } from "../coordinates";
 import { ReplayBar } from "../replay/bar";
 import { isSilent } from "../state/freshness";
 import { NO_SELECTION, retain, select, typeDigit } from "../state/selection";
@@ -36,6 +37,7 @@ export function App({ store, stream }: { store: Store; stream: HoldStream }) {
   const route = useRoute(state.capabilities.survey);
   const [theme, setTheme] = useTheme();
   const [voice, setVoice] = useState(storedVoice);
+  const [notation, setNotation] = useState(storedNotation);
   const [isSigningIn, setSigningIn] = useState(access.code !== "");
   const [areSettingsOpen, setSettingsOpen] = useState(false);
   const [selection, changeSelection] = useState(NO_SELECTION);
@@ -69,6 +71,7 @@ export function App({ store, stream }: { store: Store; stream: HoldStream }) {
     mayJudge: isActive && state.capabilities.findings,
     isSurvey,
     theme,
+    notation,
     route,
     navigate: (view, params) => (location.hash = routeHash(view, params)),
     selection,
@@ -139,6 +142,11 @@ export function App({ store, stream }: { store: Store; stream: HoldStream }) {
               onVoice={(chosen) => {
                 storeVoice(chosen);
                 setVoice(chosen);
+              }}
+              notation={notation}
+              onNotation={(chosen) => {
+                storeNotation(chosen);
+                setNotation(chosen);
               }}
               onClose={() => setSettingsOpen(false)}
             />

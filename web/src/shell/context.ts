@@ -1,6 +1,7 @@
 /** State and functions that the shell provides to every view by {@link useShell}. */
 import { createContext } from "preact";
 import { useContext } from "preact/hooks";
+import type { Notation } from "../coordinates";
 import type { Selection } from "../state/selection";
 import type { State } from "../state/state";
 import type { Theme } from "../theme";
@@ -20,6 +21,8 @@ export interface Shell {
   /** Whether a recorded flight is shown, without vehicles. */
   readonly isSurvey: boolean;
   readonly theme: Theme;
+  /** How positions on the globe are written. */
+  readonly notation: Notation;
   readonly route: Route;
   navigate(view: ViewName, params?: Route["params"]): void;
   readonly selection: Selection;

@@ -1,4 +1,5 @@
-/** Settings of this screen: theme and alert sounds, and the list of keyboard shortcuts. */
+/** Settings of this screen: theme, alert sounds and notation of positions, and the list of keyboard shortcuts. */
+import { type Notation, NOTATIONS } from "../coordinates";
 import { texts } from "../texts";
 import { type Theme, THEMES } from "../theme";
 import { Choice } from "../ui/choice";
@@ -13,10 +14,13 @@ interface Props {
   onTheme(theme: Theme): void;
   voice: Voice;
   onVoice(voice: Voice): void;
+  notation: Notation;
+  onNotation(notation: Notation): void;
   onClose(): void;
 }
 
-export function Settings({ access, isSurvey, theme, onTheme, voice, onVoice, onClose }: Props) {
+export function Settings({ access, isSurvey, theme, onTheme, voice, onVoice, ...props }: Props) {
+  const { notation, onNotation, onClose } = props;
   const { settings } = texts;
   return (
     <Dialog title={settings.open} testId="settings" onClose={onClose}>
@@ -37,6 +41,15 @@ export function Settings({ access, isSurvey, theme, onTheme, voice, onVoice, onC
         chosen={voice}
         labels={settings.voice}
         onChoose={onVoice}
+      />
+      <h3>{settings.notation}</h3>
+      <Choice
+        label={settings.notation}
+        testId="notation"
+        values={NOTATIONS}
+        chosen={notation}
+        labels={texts.places.notation}
+        onChoose={onNotation}
       />
       <h3>{texts.keys.title}</h3>
       <KeyList isSurvey={isSurvey} />

@@ -18,7 +18,6 @@ export const decide = {
   pictureOf: (kind: "integral" | "thermal", id: number) => `${names.picture[kind]} image of finding ${id}`,
   enlarge: "Enlarge",
   caption: (kind: "integral" | "thermal") => `${names.picture[kind]}, north up`,
-  notation: { decimal: "Decimal", dms: "DMS", utm: "UTM", mgrs: "MGRS" },
   copy: "Copy",
   copied: "Copied",
   copyNotation: (notation: string) => `Copy ${notation}`,
@@ -39,8 +38,6 @@ export const decide = {
   mark: "Mark a position",
   marking: "Click the position on the map",
   markAt: "Mark by coordinates",
-  latitude: "Latitude",
-  longitude: "Longitude",
   markIt: "Mark",
   file: { geojson: "GeoJSON", kml: "KML", gpx: "GPX" },
 } as const;

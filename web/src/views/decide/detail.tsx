@@ -2,7 +2,8 @@
 import { useEffect, useState } from "preact/hooks";
 import { changeFinding } from "../../api/findings";
 import type { Finding, FindingChange } from "../../api/types";
-import { duration, eastNorth, latLon, likelihood } from "../../format";
+import { type Notation, NOTATIONS, written } from "../../coordinates";
+import { duration, eastNorth, likelihood } from "../../format";
 import { useShell } from "../../shell/context";
 import { texts } from "../../texts";
 import { type Fact, Facts } from "../../ui/facts";
@@ -10,20 +11,20 @@ import { Panel } from "../../ui/panel";
 import { ellipseText, sightingsText, significanceText, STATUS_SIGNS, statusText } from "./findings";
 import { FindingPictures } from "./pictures";
 
-/** Position in the notations that search teams use; unknown ones are left out. */
-export function notations({ position, dms, utm, mgrs }: Finding): [keyof typeof texts.decide.notation, string][] {
-  const { latitude_deg: lat, longitude_deg: lon } = position;
-  const all: [keyof typeof texts.decide.notation, string | null][] = [
-    ["decimal", lat === null || lon === null ? null : latLon(lat, lon)],
-    ["dms", dms],
-    ["utm", utm],
-    ["mgrs", mgrs],
-  ];
-  return all.filter((entry): entry is [keyof typeof texts.decide.notation, string] => entry[1] !== null);
+/** Position in the notations that search teams use, the chosen one first; none without an origin on the globe. */
+export function notations({ position }: Finding, chosen: Notation): [Notation, string][] {
+  const { latitude_deg, longitude_deg } = position;
+  if (latitude_deg === null || longitude_deg === null) return [];
+  const ordered = [chosen, ...NOTATIONS.filter((notation) => notation !== chosen)];
+  const all = ordered.map((notation) => [notation, written({ latitude_deg, longitude_deg }, notation)] as const);
+  // Beyond the reach of UTM its notations are those of degrees, too.
+  return all
+    .filter(([, text], index) => all.findIndex(([, other]) => other === text) === index)
+    .map(([name, text]) => [name, text]);
 }
 
 export function FindingDetail({ finding }: { finding: Finding }) {
-  const { mayJudge: mayDecide } = useShell();
+  const { mayJudge: mayDecide, notation } = useShell();
   const title = texts.decide.finding(finding.finding_id);
   const facts: Fact[] = [
     [texts.decide.local, eastNorth(finding.position.east_m, finding.position.north_m)],
@@ -53,11 +54,11 @@ export function FindingDetail({ finding }: { finding: Finding }) {
         {mayDecide && finding.merged_into === null && <Decision finding={finding} />}
       </div>
       <ul class="notations">
-        {notations(finding).map(([name, text]) => (
+        {notations(finding, notation).map(([name, text]) => (
           <li key={name}>
-            <span class="small">{texts.decide.notation[name]}</span>
+            <span class="small">{texts.places.notation[name]}</span>
             <b data-testid={`position-${name}`}>{text}</b>
-            <Copy text={text} label={texts.decide.copyNotation(texts.decide.notation[name])} />
+            <Copy text={text} label={texts.decide.copyNotation(texts.places.notation[name])} />
           </li>
         ))}
       </ul>

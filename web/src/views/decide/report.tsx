@@ -60,9 +60,10 @@ export function Report({ mission, onClose }: Props) {
 }
 
 function ReportedFinding({ finding }: { finding: Finding }) {
+  const { notation } = useShell();
   const { finding_id: id, status, position, person_confidence, kind, reasons, comment, assignee, operator } = finding;
   const facts: Fact[] = [
-    ...notations(finding).map(([name, text]): Fact => [texts.decide.notation[name], text]),
+    ...notations(finding, notation).map(([name, text]): Fact => [texts.places.notation[name], text]),
     [texts.decide.local, eastNorth(position.east_m, position.north_m)],
     [texts.decide.ellipse, ellipseText(finding)],
     [texts.decide.views, sightingsText(finding)],

@@ -2,22 +2,11 @@
 import type { Feature, Geometry } from "geojson";
 import type { Map as MapLibreMap, MapMouseEvent, MapTouchEvent, PointLike } from "maplibre-gl";
 import type { Place, Plan, PlanEstimate } from "../../api/types";
-import type { LngLat } from "../../geometry";
+import { type LngLat, lngLat, placeAt } from "../../geometry";
 import { feature } from "../../map/geojson";
 import { type AttachedLayer, featureLayer, type MapLayer } from "../../map/layer";
 import { texts } from "../../texts";
-import {
-  inserted,
-  isPoint,
-  lngLat,
-  midpoints,
-  noGoIndex,
-  placeAt,
-  placesOf,
-  replaced,
-  type ShapeName,
-  shapeNames,
-} from "./shapes";
+import { inserted, isPoint, midpoints, noGoIndex, placesOf, replaced, type ShapeName, shapeNames } from "./shapes";
 
 /** Plan with the state of its editing. */
 export interface Drawing {

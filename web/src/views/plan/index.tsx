@@ -1,7 +1,7 @@
 /** View Plan: search area and no-go zones, search pattern, limits, and the resulting estimate. */
 import { useId, useMemo, useRef, useState } from "preact/hooks";
 import type { Place } from "../../api/types";
-import { toEnu } from "../../geometry";
+import { lngLat, toEnu } from "../../geometry";
 import { homesLayer } from "../../map/layers/homes";
 import { MapPanel } from "../../map/panel";
 import { useBaseLayers } from "../../map/use_base";
@@ -15,7 +15,7 @@ import { DropZone, ImportDialog, ImportPicker, useImport } from "./import";
 import { LimitFields, PatternFields } from "./numbers";
 import "./plan.css";
 import { ShapeList, shapeTitle } from "./shape_list";
-import { lngLat, placesOf, removed, type ShapeName, shapeNames, withNoGo, withPlaces } from "./shapes";
+import { placesOf, removed, type ShapeName, shapeNames, withNoGo, withPlaces } from "./shapes";
 import { usePlan } from "./use_plan";
 import { useUndoKeys } from "./use_undo_keys";
 import { VertexTable } from "./vertex_table";

@@ -1,11 +1,7 @@
 /** Shapes of a plan, named like the fields of the station's plan. Pure functions. */
 import type { ImportedShape, Place, Plan, ShapeRole } from "../../api/types";
-import type { LngLat } from "../../geometry";
 
 export type ShapeName = "area" | "fence" | "launch" | "return_point" | `no_go[${number}]`;
-
-export const lngLat = ({ longitude_deg, latitude_deg }: Place): LngLat => [longitude_deg, latitude_deg];
-export const placeAt = ([longitude_deg, latitude_deg]: LngLat): Place => ({ latitude_deg, longitude_deg });
 
 /** Whether a shape is a single point. */
 export const isPoint = (shape: ShapeName): shape is "launch" | "return_point" =>

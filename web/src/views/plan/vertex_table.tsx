@@ -1,18 +1,18 @@
 /** Corners of one shape as numbers: exact, and usable without a map. */
 import { useState } from "preact/hooks";
 import type { Geodetic, Place, Plan } from "../../api/types";
-import { toEnu, toLngLat } from "../../geometry";
+import { lngLat, placeAt, toEnu, toLngLat } from "../../geometry";
+import type { EnuPoint } from "../../state/state";
 import { texts } from "../../texts";
 import { Choice } from "../../ui/choice";
 import { NumberField } from "../../ui/number_field";
+import { PlaceField } from "../../ui/place_field";
 import { shapeTitle } from "./shape_list";
 import {
   inserted,
   isPoint,
-  lngLat,
   midpoints,
   noGoIndex,
-  placeAt,
   placesOf,
   removed,
   replaced,
@@ -20,7 +20,7 @@ import {
   withoutShape,
 } from "./shapes";
 
-const UNITS = ["m", "deg"] as const;
+const UNITS = ["m", "globe"] as const;
 type Unit = (typeof UNITS)[number];
 /** Coordinates farther from the origin are typing errors: the station accepts areas within five kilometres only. */
 const LIMIT_M = 100_000;
@@ -29,7 +29,7 @@ const WORLD: Geodetic = { latitude_deg: 0, longitude_deg: 0, altitude_amsl_m: 0 
 interface TableProps {
   plan: Plan;
   shape: ShapeName;
-  /** Origin of coordinates in metres; without it only degrees can be given. */
+  /** Origin of coordinates in metres; without it only places on the globe can be given. */
   origin: Geodetic | null;
   vertex: number | null;
   onVertex(vertex: number | null): void;
@@ -39,7 +39,7 @@ interface TableProps {
 
 export function VertexTable({ plan, shape, origin, vertex, onVertex, onPlaces, onPlan }: TableProps) {
   const [wanted, setUnit] = useState<Unit>("m");
-  const unit = origin === null ? "deg" : wanted;
+  const unit = origin === null ? "globe" : wanted;
   const places = placesOf(plan, shape);
   const add = (): void => {
     onPlaces(withNext(places, isPoint(shape), origin ?? WORLD));
@@ -53,7 +53,7 @@ export function VertexTable({ plan, shape, origin, vertex, onVertex, onPlaces, o
         <Choice
           label={texts.plan.units}
           testId="unit"
-          values={origin === null ? ["deg"] : UNITS}
+          values={origin === null ? ["globe"] : UNITS}
           chosen={unit}
           labels={texts.plan.unit}
           onChoose={setUnit}
@@ -64,9 +64,9 @@ export function VertexTable({ plan, shape, origin, vertex, onVertex, onPlaces, o
           <thead>
             <tr>
               <th scope="col">#</th>
-              {texts.plan.axes[unit].map((axis) => (
-                <th key={axis} scope="col">
-                  {axis}
+              {(unit === "m" ? texts.plan.axes : [texts.plan.unit.globe]).map((column) => (
+                <th key={column} scope="col">
+                  {column}
                 </th>
               ))}
               <th scope="col">
@@ -81,8 +81,7 @@ export function VertexTable({ plan, shape, origin, vertex, onVertex, onPlaces, o
                 key={`${shape}-${index}`}
                 place={place}
                 index={index}
-                unit={unit}
-                origin={origin ?? WORLD}
+                origin={unit === "m" ? origin : null}
                 isChosen={index === vertex}
                 onFocus={() => onVertex(index)}
                 onChange={(changed) => onPlaces(replaced(places, index, changed))}
@@ -120,41 +119,31 @@ function withNext(places: readonly Place[], isSingle: boolean, origin: Geodetic)
 interface RowProps {
   place: Place;
   index: number;
-  unit: Unit;
-  origin: Geodetic;
+  /** Origin of coordinates in metres; null for places on the globe. */
+  origin: Geodetic | null;
   isChosen: boolean;
   onFocus(): void;
   onChange(place: Place): void;
   onRemove(): void;
 }
 
-function VertexRow({ place, index, unit, origin, isChosen, onFocus, onChange, onRemove }: RowProps) {
-  const isMetres = unit === "m";
-  const pair = isMetres ? toEnu(origin, lngLat(place)) : ([place.latitude_deg, place.longitude_deg] as const);
-  const change = (axis: 0 | 1, value: number | null): void => {
-    if (value === null) return;
-    const [first, second] = axis === 0 ? [value, pair[1]] : [pair[0], value];
-    onChange(isMetres ? placeAt(toLngLat(origin, [first, second])) : { latitude_deg: first, longitude_deg: second });
-  };
-  const limits = isMetres ? [LIMIT_M, LIMIT_M] : [90, 180];
+function VertexRow({ place, index, origin, isChosen, onFocus, onChange, onRemove }: RowProps) {
   return (
     <tr class={isChosen ? "is-chosen" : ""} onFocusCapture={onFocus}>
       <th scope="row">{index + 1}</th>
-      {([0, 1] as const).map((axis) => (
-        <td key={`${axis}-${unit}`}>
-          <NumberField
-            label={texts.plan.corner(index + 1, texts.plan.axes[unit][axis])}
+      {origin === null ? (
+        <td>
+          <PlaceField
+            label={texts.plan.corner(index + 1, texts.plan.unit.globe)}
             isLabelHidden
-            id={`vertex-${index}-${axis}`}
-            value={pair[axis]}
-            decimals={isMetres ? 1 : 7}
-            step={isMetres ? 1 : 1e-5}
-            min={-(limits[axis] ?? LIMIT_M)}
-            max={limits[axis] ?? LIMIT_M}
-            onChange={(value) => change(axis, value)}
+            id={`vertex-${index}`}
+            value={place}
+            onChange={(changed) => changed !== null && onChange(changed)}
           />
         </td>
-      ))}
+      ) : (
+        <MetreCells place={place} index={index} origin={origin} onChange={onChange} />
+      )}
       <td>
         <button
           type="button"
@@ -167,4 +156,30 @@ function VertexRow({ place, index, unit, origin, isChosen, onFocus, onChange, on
       </td>
     </tr>
   );
+}
+
+interface CellProps {
+  place: Place;
+  index: number;
+  origin: Geodetic;
+  onChange(place: Place): void;
+}
+
+function MetreCells({ place, index, origin, onChange }: CellProps) {
+  const [east_m, north_m] = toEnu(origin, lngLat(place));
+  const change = (moved: EnuPoint): void => onChange(placeAt(toLngLat(origin, moved)));
+  return texts.plan.axes.map((axis, side) => (
+    <td key={axis}>
+      <NumberField
+        label={texts.plan.corner(index + 1, axis)}
+        isLabelHidden
+        id={`vertex-${index}-${side}`}
+        value={side === 0 ? east_m : north_m}
+        decimals={1}
+        min={-LIMIT_M}
+        max={LIMIT_M}
+        onChange={(value) => value !== null && change(side === 0 ? [value, north_m] : [east_m, value])}
+      />
+    </td>
+  ));
 }

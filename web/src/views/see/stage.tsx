@@ -2,8 +2,10 @@
 import type { ComponentChildren } from "preact";
 import { useRef, useState } from "preact/hooks";
 import type { Geodetic, Target } from "../../api/types";
-import { eastNorth, latLon, quantity } from "../../format";
-import { type Bounds, toLngLat } from "../../geometry";
+import { written } from "../../coordinates";
+import { eastNorth, quantity } from "../../format";
+import { type Bounds, placeAt, toLngLat } from "../../geometry";
+import { useShell } from "../../shell/context";
 import type { EnuPoint } from "../../state/state";
 import { texts } from "../../texts";
 import { type Size, useSize } from "../../ui/use_size";
@@ -39,6 +41,7 @@ const WIDEST_SCALE_PX = 140;
 
 export function Stage(props: Props) {
   const { picture, before, swipe, origin, targets, measured, onMeasure, onViewport } = props;
+  const { notation } = useShell();
   const element = useRef<HTMLDivElement>(null);
   const size = useSize(element);
   const [cursor, setCursor] = useState<EnuPoint | null>(null);
@@ -65,7 +68,7 @@ export function Stage(props: Props) {
     else return;
     event.preventDefault();
   };
-  const [lng, lat] = cursor && origin ? toLngLat(origin, cursor) : [null, null];
+  const place = cursor && origin ? placeAt(toLngLat(origin, cursor)) : null;
 
   return (
     <div class="stage-frame">
@@ -101,7 +104,7 @@ export function Stage(props: Props) {
         <span data-testid="picture-label">{picture?.label}</span>
         <span class="stage-cursor" data-testid="stage-cursor">
           {cursor && eastNorth(cursor[0], cursor[1])}
-          {lat !== null && ` · ${latLon(lat, lng)}`}
+          {place && ` · ${written(place, notation)}`}
         </span>
       </div>
       {props.children}
