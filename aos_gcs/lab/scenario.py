@@ -40,7 +40,7 @@ class TimeModel(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scenario:
-    """One experiment's forest, target, swarm and rules; the defaults are the paper's (algorithms.md, section 4).
+    """One experiment's forest, target, swarm and rules; the defaults are the paper's.
 
     Raises:
         ConfigurationError: a value is out of its range or does not fit the others; the text names the field.

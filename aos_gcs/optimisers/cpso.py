@@ -1,8 +1,8 @@
 """CPSO: particle swarm optimisation whose particles repel each other, for objectives that change.
 
-Source: Blackwell and Bentley (2002), as in the AOS-APSO paper, section Charged PSO (``eq:cpso``); algorithms.md section
-3a. A caller that knows that the objective has changed makes the swarm
-:func:`~aos_gcs.optimisers.model.forgetful`, for remembered values are then wrong.
+Source: Blackwell and Bentley (2002), as in the AOS-APSO paper, section Charged PSO (``eq:cpso``). A caller that
+knows that the objective has changed makes the swarm :func:`~aos_gcs.optimisers.model.forgetful`, for remembered values
+are then wrong.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """APSO's view of a search: the evolutionary factor, the four states, and how the factors follow them.
 
 Source: Zhan, Zhang, Li and Chung, *Adaptive particle swarm optimization*, IEEE TSMC-B 39(6), 2009 [Z], as in the
-AOS-APSO paper, section Adaptive PSO; algorithms.md section 3a.
+AOS-APSO paper, section Adaptive PSO.
 """
 
 from __future__ import annotations

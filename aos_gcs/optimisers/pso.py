@@ -1,7 +1,7 @@
 """PSO: particle swarm optimisation with one global best.
 
 Source: Kennedy and Eberhart (1995), inertia by Shi and Eberhart (1998), as in the AOS-APSO paper, section Particle
-Swarm Optimization (``eq:pso-update-a``, ``eq:pso-update-b``); algorithms.md section 3a.
+Swarm Optimization (``eq:pso-update-a``, ``eq:pso-update-b``).
 """
 
 from __future__ import annotations

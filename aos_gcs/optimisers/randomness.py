@@ -1,7 +1,7 @@
 """Randomisation of a particle's attraction: per dimension, by one scalar, or in a sphere.
 
-Source: AOS-APSO paper, section Rotation-Invariant PSO (``eq:pso-sphere``); algorithms.md section 3a. Drawing
-and applying are two functions: the same draws can be applied in another frame.
+Source: AOS-APSO paper, section Rotation-Invariant PSO (``eq:pso-sphere``). Drawing and applying are two
+functions: the same draws can be applied in another frame.
 """
 
 from __future__ import annotations

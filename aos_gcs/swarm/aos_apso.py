@@ -1,7 +1,6 @@
 """AOS-APSO: AOS-PSO whose factors follow the state of the search.
 
-Source: AOS-APSO paper, section Adaptive PSO strategy for AOS drone swarms, and for the untuned form section Results;
-algorithms.md section 3e.
+Source: AOS-APSO paper, section Adaptive PSO strategy for AOS drone swarms, and for the untuned form section Results.
 """
 
 from __future__ import annotations

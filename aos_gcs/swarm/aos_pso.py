@@ -1,7 +1,7 @@
 """AOS-PSO: a drone swarm that samples around the drone with the best view.
 
 Source: Nathan, Kurmi and Bimber, Communications Engineering 2:55 (2023), as in the AOS-APSO paper
-(``alg:pso-for-aos``); algorithms.md section 3c. The stabilised form is the paper's own (section 3d).
+(``alg:pso-for-aos``). The stabilised form is the paper's own.
 """
 
 from __future__ import annotations

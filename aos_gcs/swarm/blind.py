@@ -1,6 +1,6 @@
 """Blind sampling: what a swarm that reacts has to beat.
 
-Source: the baselines of Nathan, Kurmi and Bimber, Communications Engineering 2:55 (2023); algorithms.md section 3b.
+Source: the baselines of Nathan, Kurmi and Bimber, Communications Engineering 2:55 (2023).
 """
 
 from __future__ import annotations

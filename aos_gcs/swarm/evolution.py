@@ -1,7 +1,7 @@
 """The evolutionary states and the factors of AOS-APSO.
 
-Source: AOS-APSO paper, section Adjustments to APSO; algorithms.md section 3e. The evolutionary factor, the order of the
-states and the directions in which the factors move are those of APSO (:mod:`aos_gcs.optimisers.evolution`).
+Source: AOS-APSO paper, section Adjustments to APSO. The evolutionary factor, the order of the states and the
+directions in which the factors move are those of APSO (:mod:`aos_gcs.optimisers.evolution`).
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Rules for the social and the cognitive factor: fixed, tuned, or as in APSO.
 
-Source: AOS-APSO paper, sections AOS-PSO and Modified parameter adaption; algorithms.md sections 3c and 3e.
+Source: AOS-APSO paper, sections AOS-PSO and Modified parameter adaption.
 """
 
 from __future__ import annotations

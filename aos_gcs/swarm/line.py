@@ -1,7 +1,7 @@
 """The default scanning pattern: a line of drones across the scanning direction.
 
 Source: AOS-APSO paper, algorithm PSO update for AOS drone swarms, line 4, and section Projection-based default line
-positions; algorithms.md sections 3c and 3d.
+positions.
 """
 
 from __future__ import annotations

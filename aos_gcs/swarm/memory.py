@@ -1,8 +1,8 @@
 """Optional memories of the drones: where each has seen most, and where the swarm has sampled already.
 
-Source: AOS-APSO paper, section Conclusion, which asks for both; algorithms.md section 3f. Both are switches that are
-off by default, for the published strategies follow the 'no history' paradigm. What is remembered belongs to one
-sighting of the target and is forgotten when the target is lost.
+Source: AOS-APSO paper, section Conclusion, which asks for both. Both are switches that are off by default, for the
+published strategies follow the 'no history' paradigm. What is remembered belongs to one sighting of the target and is
+forgotten when the target is lost.
 """
 
 from __future__ import annotations

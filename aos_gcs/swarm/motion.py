@@ -1,6 +1,6 @@
 """The steps that strategies share: taking in an observation, and the moves of the default and the PSO branch.
 
-Source: AOS-APSO paper, algorithm PSO update for AOS drone swarms (``alg:pso-for-aos``); algorithms.md section 3c.
+Source: AOS-APSO paper, algorithm PSO update for AOS drone swarms (``alg:pso-for-aos``).
 Rows are sorted by vehicle id before anything is drawn or summed, so that the order in which vehicles are reported
 changes nothing.
 """
@@ -208,7 +208,7 @@ def check_observation(observation: Observation, min_vehicles: int = 2) -> None:
     """
     n = len(observation.vehicle_ids)
     if n < min_vehicles:
-        raise ValueError(f"the strategy needs {min_vehicles} or more vehicles, but {n} were told")
+        raise ValueError(f"the strategy needs {min_vehicles} or more vehicles, but the observation has {n}")
     if len(set(observation.vehicle_ids)) != n:
         raise ValueError(f"vehicle ids must differ, but were {observation.vehicle_ids}")
     if np.shape(observation.positions_enu_m) != (n, 2):

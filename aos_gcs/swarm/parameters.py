@@ -1,7 +1,6 @@
 """Parameters of the swarm strategies, with their constraints.
 
-Sources: [N] Nathan, Kurmi and Bimber, Communications Engineering 2:55 (2023); the AOS-APSO paper; algorithms.md
-sections 3c to 3f.
+Sources: [N] Nathan, Kurmi and Bimber, Communications Engineering 2:55 (2023); the AOS-APSO paper.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ class StrategyParameters:
         ParameterError: a value is out of its bounds, or does not fit to another one; the text names it.
     """
 
-    c4_m: float = declared(4.2, "Spacing of the samples: of the line, and the charge in scattering.", above=0.0)  # [N]
+    c4_m: float = declared(4.2, "Spacing of the samples: spacing in line, and charge in scattering.", above=0.0)  # [N]
 
     def __post_init__(self) -> None:
         for parameter in parameters_of(type(self)):
@@ -42,13 +41,13 @@ class SequentialParameters(StrategyParameters):
 class LineParameters(StrategyParameters):
     """Parameters of strategies that scan in line; all of those of parallel blind sampling."""
 
-    c3_m: float = declared(2.0, "How far the line scans on per step while nothing is in view.", above=0.0)  # [N]
+    c3_m: float = declared(2.0, "Distance that the line advances per step while nothing is in view.", above=0.0)  # [N]
     c5: float = declared(
-        0.3, "Share of the way back to its place in the line that a drone flies per step.", above=0.0, at_most=1.0
+        0.3, "Share of the path back to its place in the line that a drone flies per step.", above=0.0, at_most=1.0
     )  # [N]
     projection_line: bool = declared(
-        False, "Drones take the places in the line that they are nearest to, instead of by their numbers."
-    )  # section 3d
+        False, "Give drones the nearest places in the line, instead of places in the order of their numbers."
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,28 +55,26 @@ class SwarmParameters(LineParameters):
     """Parameters of all strategies that scan in line and follow a leader."""
 
     leader_stabilised: bool = declared(
-        False, "The drone that sees most is not pushed away by others, and pushes them twice as far."
-    )  # section 3d
+        False, "Keep the drone that sees most from being pushed away by others, and have it push them twice as far."
+    )
     repulsion_cutoff_m: float | None = declared(
-        None, "Distance beyond which drones do not push each other away; empty: they always do.", above=0.0
-    )  # section 3f
+        None, "Distance beyond which drones do not push each other away; empty: no limit.", above=0.0
+    )
     follow_target_speed: bool = declared(
-        True, "After a target was tracked for two or more steps, scan as fast as it moved, between c3 and c4 per step."
+        True, "Scan as fast as the target moved, between c3 and c4 per step, if it was tracked for two or more steps."
     )  # [N]
     personal_best_memory: bool = declared(
-        False, "Drones are drawn to around where they have seen most, instead of anywhere."
-    )  # section 3f
-    revisit_radius_m: float | None = declared(
-        None, "Distance to spots that were looked from already; empty: they are not avoided.", above=0.0
-    )  # section 3f
+        False, "Attract each drone to where it has seen most, instead of moving it at random."
+    )
+    revisit_radius_m: float | None = declared(None, "Distance to keep from earlier viewpoints; empty: none.", above=0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AosPsoParameters(SwarmParameters):
     """Parameters of AOS-PSO as published [N]."""
 
-    c_c_m: float = declared(1.0, "Cognitive factor: how far a drone moves at random per step.", above=0.0)
-    c_s_m: float = declared(2.0, "Social factor: how far a drone moves towards the one that sees most per step.")
+    c_c_m: float = declared(1.0, "Cognitive factor: distance that a drone moves at random per step.", above=0.0)
+    c_s_m: float = declared(2.0, "Social factor: distance that a drone moves per step towards the one that sees most.")
 
     def __post_init__(self) -> None:
         LineParameters.__post_init__(self)
@@ -97,7 +94,7 @@ class AosPsoParameters(SwarmParameters):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AosPsoStabilisedParameters(AosPsoParameters):
-    """Parameters of AOS-PSO with the paper's two modifications (section 3d)."""
+    """Parameters of AOS-PSO with the paper's two modifications."""
 
     leader_stabilised: bool = True
     projection_line: bool = True
@@ -118,12 +115,12 @@ class AosApsoPaperParameters(SwarmParameters):
     leader_stabilised: bool = True
     projection_line: bool = True
     # The paper gives no gamma; 0.9 matches APSO's rate of 0.1.
-    gamma: float = declared(0.9, "Deceleration of the adaptation: the nearer to 1, the slower.", above=0.0, below=1.0)
+    gamma: float = declared(0.9, "Deceleration of the adaptation; the nearer to 1, the slower.", above=0.0, below=1.0)
     initial_c_s_hat: float = declared(
-        0.5, "Social factor, as a share of what is allowed, at the start of each sighting.", above=0.0, below=1.0
+        0.5, "Social factor at the start of each sighting, as a share of its largest value.", above=0.0, below=1.0
     )
     initial_c_c_hat: float = declared(
-        0.5, "Cognitive factor, as a share of what is allowed, at the start of each sighting.", above=0.0, below=1.0
+        0.5, "Cognitive factor at the start of each sighting, as a share of its largest value.", above=0.0, below=1.0
     )
     # Below 0.618, since the smallest factors must leave room for c_s + c_c <= c4: x (1 + x) < 1.
     min_factor: float = declared(0.0, "Lower bound of both factors' shares; 0 is off.", at_least=0.0, below=0.618)

@@ -1,6 +1,6 @@
 """Rutherford scattering: drones repel each other until they sample at a useful spacing.
 
-Source: algorithms.md section 3c, after Nathan, Kurmi and Bimber, Communications Engineering 2:55 (2023), and the
+Source: Nathan, Kurmi and Bimber, Communications Engineering 2:55 (2023), and the
 AOS-APSO paper, algorithm PSO update for AOS drone swarms, line ``line:scattering``; the cut-off is that of CPSO
 (``eq:cpso``).
 """
@@ -45,7 +45,7 @@ def scatter(
         rng: used only for drones that coincide.
         leader: row of the drone that feels no force and exerts a doubled one (leader-stabilised scattering, section
             3d); ``None`` for the published form.
-        cutoff_m: drones farther apart than this do not repel each other (section 3f); ``None`` for no limit.
+        cutoff_m: drones farther apart than this do not repel each other; ``None`` for no limit.
 
     Returns:
         New positions, shape (n, 2), metres. Two drones part to (r0^3 + 3 c4^2)^(1/3), so to 3.75 m at least for a c4

@@ -19,61 +19,61 @@ class AosApsoParameters(AosApsoPaperParameters):
     """
 
     timed_steps: bool = declared(
-        True, "The time that steps take decides how long they are, between the shortest and the longest."
+        True, "Adapt the length of steps, between the shortest and the longest, to the time that they take."
     )
     aperture_radius_m: float = declared(
-        15.0, "Radius of the circle about the target that is looked from, at the mean height of the swarm.", above=0.0
+        15.0, "Radius of the circle of viewpoints about the target, at the mean height of the swarm.", above=0.0
     )
-    spot_pitch_m: float = declared(1.0, "Between neighbouring spots that nobody has looked from.", above=0.0)
+    spot_pitch_m: float = declared(1.0, "Distance of neighbouring viewpoints that are not used yet.", above=0.0)
     view_spacing_m: float = declared(
-        3.1, "Between drones that look along the lines chosen, at the mean height of the swarm.", above=0.0
+        3.1, "Smallest distance of two chosen viewpoints, at the mean height of the swarm.", above=0.0
     )
     # Smaller than the spacing of views, as low drones see along the same lines from nearer to each other, and so that
     # drones find ways between those that hold.
     min_distance_m: float = declared(2.6, "Horizontal distance that waypoints keep from each other.", above=0.0)
     max_step_m: float = declared(
         1.0,
-        "Longest way of a step once the target was seen, beside the target's own, where steps take only the time of "
-        "their way: short ones take more frames per metre.",
+        "Longest path of a step once the target was seen, on top of the target's own motion, where steps take only the "
+        "time of flight: short steps take more frames per metre.",
         above=0.0,
     )
     long_step_m: float = declared(
         8.0,
-        "The same where steps cost time of their own, to brake, to expose and to compute; timed steps only.",
+        "The same where steps also take time to brake, to expose and to compute; timed steps only.",
         above=0.0,
     )
     optimism: float = declared(
         0.3,
-        "Share of the target that a line is hoped to show of which nothing is known. More than such lines show in the "
-        "mean lets the swarm look for better ones.",
+        "Share of the target that an unknown line of sight is expected to show. A value above the mean of such lines "
+        "makes the swarm look for better ones.",
         at_least=0.0,
         at_most=1.0,
     )
     area_exponent: float = declared(
         0.15,
-        "Views are chosen for normalised visibility times area to this power: 0 for visibility alone.",
+        "Exponent of the visible area, by which normalised visibility is weighted; 0: visibility alone.",
         at_least=0.0,
     )
     hysteresis: float = declared(
-        0.01, "Share by which another view must be better for a drone to leave the one it holds.", at_least=0.0
+        0.01, "Share by which another view must be better before a drone leaves its present one.", at_least=0.0
     )
     # The next three are what the study of the step's parts leaves out (docs/strategies.md).
-    keeps_looks: bool = declared(True, "Views of earlier steps are remembered; otherwise those of the last step alone.")
+    keeps_looks: bool = declared(True, "Keep the views of earlier steps; otherwise only those of the last step.")
     joint_choice: bool = declared(
-        True, "Views are chosen for what they are expected to show together; otherwise for what each shows alone."
+        True, "Choose views by what they are expected to show together; otherwise by what each shows alone."
     )
-    wander_m: float = declared(
-        0.0, "Way in a random direction that drones make per step where they would rest.", at_least=0.0
-    )
+    wander_m: float = declared(0.0, "Distance that drones at rest move in a random direction per step.", at_least=0.0)
     kernel_m: float = declared(
-        0.5, "Distance of two lines of sight in the canopy at which one tells little about the other.", above=0.0
+        0.5,
+        "Distance of two lines of sight in the canopy beyond which their visibility is hardly correlated.",
+        above=0.0,
     )
-    canopy_height_m: float = declared(10.0, "Of the middle of the leaves above the focal plane.", above=0.0)
-    canopy_half_depth_m: float = declared(3.0, "From there to the edges of the leaves.", above=0.0)
+    canopy_height_m: float = declared(10.0, "Height of the middle of the leaves above the focal plane.", above=0.0)
+    canopy_half_depth_m: float = declared(3.0, "Half of the thickness of the layer of leaves.", above=0.0)
     body_height_m: float = declared(
-        1.75, "Of the upright body that the target is taken for before much of it was seen.", above=0.0
+        1.75, "Height of the upright body assumed for the target until enough of it was seen.", above=0.0
     )
-    body_radius_m: float = declared(0.15, "Half of its width.", above=0.0)
+    body_radius_m: float = declared(0.15, "Radius of that body.", above=0.0)
 
     def __post_init__(self) -> None:
         AosApsoPaperParameters.__post_init__(self)
