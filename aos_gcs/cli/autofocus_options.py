@@ -112,7 +112,7 @@ class Autofocus:
         """
         frames = _frames(survey, region, terrain, skip_broken=skip_broken)
         result = find_terrain_focus(frames, region, terrain, self.low_m, self.high_m)
-        little = "" if result.by_frames else ", mostly by what is known of terrain: the frames tell little"
+        little = "" if result.by_frames else ", mostly from the known terrain: the images contain little information"
         shift = f"{result.offset_m:+.2f} ± {result.sigma_m:.2f} m"
         typer.echo(f"autofocus: terrain shifted by {shift}{little}", err=True)
         return terrain.moved(result.offset_m)

@@ -51,7 +51,7 @@ def calibrate(
         typer.Option(
             metavar="M",
             help="Standard deviation of the recorded positions from one image to the next, metres: 0.02 for RTK. "
-            "Photographs may tell it themselves.",
+            "Tags of photographs that contain it take precedence.",
             rich_help_panel=PANEL,
         ),
     ] = 0.15,
@@ -112,7 +112,7 @@ def calibrate(
     surprising = [label for label, is_far in zip(_LABELS, result.is_surprising, strict=True) if is_far]
     if surprising:
         typer.echo(
-            f"Unusually far from what was told: {', '.join(surprising)}. Check poses, --convention and field of view.",
+            f"Far from the given values: {', '.join(surprising)}. Check poses, --convention and field of view.",
             err=True,
         )
     for option, sigma, errors in (

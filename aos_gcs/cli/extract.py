@@ -56,8 +56,8 @@ def extract(
         str | None,
         typer.Option(
             metavar="YAW,PITCH[,ROLL]",
-            help="Where the camera looked, degrees, if the video does not tell, or instead of what it tells. YAW may "
-            "be 'course', the direction of flight; PITCH -90 is down.",
+            help="Attitude of the camera, degrees, for videos without it, or in place of theirs. YAW may be 'course', "
+            "the direction of flight; PITCH -90 is down.",
         ),
     ] = None,
 ) -> None:

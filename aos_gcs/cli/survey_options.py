@@ -69,7 +69,7 @@ Convention = Annotated[
     str | None,
     typer.Option(
         metavar="NAMES",
-        help=f"Meaning of the poses, names parted by commas: {', '.join(NAMES)}. With the axes of the world named, "
+        help=f"Meaning of the poses, names separated by commas: {', '.join(NAMES)}. With the axes of the world named, "
         "poses are turned to x east, y north, z up.",
         show_default="world-to-camera,opencv",
         rich_help_panel=PANEL,
@@ -80,8 +80,8 @@ FrameRange = Annotated[
     typer.Option(
         "--frames",
         metavar="A:B[:STEP]",
-        help="Images that are used, counted from 0 in the order of the poses file or of the names: from A up to, but "
-        "not with, B, every STEPth.",
+        help="Range of images to use, counted from 0 in the order of the poses file or of the names: from A up to, but "
+        "not including, B, in steps of STEP.",
         rich_help_panel=PANEL,
     ),
 ]
@@ -197,7 +197,7 @@ def open_survey(
         if ground_amsl_m is not None:
             raise ConfigurationError("--ground applies to photographs with their own positions, not to --poses.")
         if sensor is not None:
-            raise ConfigurationError("--sensor applies to photographs that tell their sensor, not to --poses.")
+            raise ConfigurationError("--sensor applies to photographs whose tags name their sensor, not to --poses.")
         if degrees is not None:
             raise ConfigurationError("--degrees applies to radiometric photographs, not to --poses.")
         survey = read_poses(
@@ -249,7 +249,7 @@ def _calibrated(survey: Survey, calibration: Calibration) -> Survey:
 
 
 def parse_numbers(text: str) -> list[float]:
-    """Return numbers parted by commas; none at all unless all of them are finite."""
+    """Return numbers separated by commas; none at all unless all of them are finite."""
     try:
         numbers = [float(part) for part in text.split(",")]
     except ValueError:

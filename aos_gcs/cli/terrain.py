@@ -35,7 +35,7 @@ def check(
         str,
         typer.Option(
             metavar="terrain|surface",
-            help="Heights of the ground (DTM), or of whatever was seen from above (DSM). No file states it: see its "
+            help="Heights of the ground (DTM), or of the tops of trees and buildings (DSM). No file states it: see its "
             "provider's description.",
         ),
     ],
@@ -52,7 +52,7 @@ def check(
         typer.Option(
             metavar="FILE",
             help="PROJ's grid of the geoid EGM96, for heights above the ellipsoid. Without it, PROJ's folders are "
-            "looked through.",
+            "searched.",
         ),
     ] = None,
     at: Annotated[
@@ -182,7 +182,7 @@ def _lines(report: ElevationReport) -> list[str]:
 
 def _holes_line(report: ElevationReport) -> str:
     if report.holes is None:
-        return "holes: not counted in so many cells; --plan looks at a search area"
+        return "holes: not counted, too many cells; --plan examines a search area"
     if report.holes.first_deg is None:
         return "holes: none"
     latitude_deg, longitude_deg = report.holes.first_deg

@@ -58,7 +58,7 @@ class PoseConvention:
 
 
 def parse_convention(text: str) -> PoseConvention:
-    """Return the convention that names parted by commas stand for.
+    """Return the convention that names separated by commas stand for.
 
     Raises:
         ConfigurationError: if one is not known, or two of them exclude each other.
@@ -66,7 +66,9 @@ def parse_convention(text: str) -> PoseConvention:
     words = [word.strip() for word in text.split(",")]
     for word in words:
         if word not in NAMES:
-            raise ConfigurationError(f"--convention does not know {word!r}: use {', '.join(NAMES)}, parted by commas.")
+            raise ConfigurationError(
+                f"--convention does not know {word!r}: use {', '.join(NAMES)}, separated by commas."
+            )
     chosen: list[str | None] = []
     for group in (_DIRECTIONS, _R_CAM2OPENCV, _R_FILE2ENU):
         given = [word for word in words if word in group]

@@ -64,7 +64,7 @@ def sim(
         typer.Option(
             help="MAVLink connection of the vehicles: udpout://HOST:PORT (each sends from its own port), "
             "udpin://HOST:PORT (vehicle i listens on PORT + i), tcpout:// or tcpin://. May be repeated. "
-            "[default: udpout://127.0.0.1:14550]"
+            "(default: udpout://127.0.0.1:14550)"
         ),
     ] = None,
     seed: Seed = 1,
@@ -96,7 +96,7 @@ def sim(
     terrain_file: Annotated[
         Path | None,
         typer.Option(
-            help="Write the ground of --terrain here as a GeoTIFF, for [terrain] of a service that flies over it."
+            help="Write the ground of --terrain here as a GeoTIFF: the elevation model of a service that flies there."
         ),
     ] = None,
     terrain_only: Annotated[bool, typer.Option("--terrain-only", help="Write --terrain-file and exit.")] = False,

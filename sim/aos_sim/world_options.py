@@ -37,7 +37,7 @@ Waters = Annotated[int, typer.Option(help="Puddles in the forest, colder than th
 Persons = Annotated[int, typer.Option(help="Persons in the forest.")]
 PersonPosture = Annotated[str, typer.Option("--posture", help="Their posture: standing, sitting, lying or walking.")]
 Dressed = Annotated[bool, typer.Option("--dressed", help="Draw hoods, gloves and blankets for them.")]
-InPairs = Annotated[bool, typer.Option("--in-pairs", help="Have every second person keep company to another.")]
+InPairs = Annotated[bool, typer.Option("--in-pairs", help="Place every second person beside another one.")]
 WalkingSpeed = Annotated[
     float,
     typer.Option("--walking-speed", help="Speed in m/s at which walking persons go to and fro; 0: they stay."),
@@ -64,7 +64,7 @@ Errors = Annotated[
 ]
 WindSpeed = Annotated[
     float | None,
-    typer.Option("--wind", help="Mean wind in m/s, from the west, with gusts. [default: that of --errors]"),
+    typer.Option("--wind", help="Mean wind in m/s, from the west, with gusts (default: that of --errors)."),
 ]
 NoRender = Annotated[
     bool, typer.Option("--no-render", help="Show the cameras a chequered ground instead of the forest.")

@@ -102,7 +102,7 @@ def test_a_result_far_from_what_was_told_is_doubted(tmp_path: Path, capfd: pytes
     flight = CalibrationFlight(tmp_path, truth)
     assert run(flight.arguments(tmp_path / "calibration.json")) == 0
     captured = capfd.readouterr()
-    assert "Unusually far from what was told: pitch. Check poses" in captured.err
+    assert "Far from the given values: pitch. Check poses" in captured.err
 
 
 def test_poses_that_err_more_than_is_said_are_named(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

@@ -1,11 +1,15 @@
 import logging
 import sys
 import types
+from collections.abc import Iterator
 from importlib.metadata import EntryPoint, version
+from typing import Any
 
 import pytest
 import typer
+from rich.text import Text
 
+from aos_gcs import cli
 from aos_gcs.cli import main, registry
 from aos_gcs.errors import ConfigurationError, ImagingError, LinkError
 
@@ -45,6 +49,26 @@ def test_help_lists_built_in_and_plug_in_commands(
     help_text = capsys.readouterr().out
     assert "integrate" in help_text
     assert "Stay where you are." in help_text
+
+
+def commands_of(command: Any, name: str) -> Iterator[tuple[str, Any]]:
+    """A command and all below it, with their names."""
+    yield name, command
+    for below in getattr(command, "commands", {}):
+        yield from commands_of(command.commands[below], f"{name} {below}")
+
+
+def test_help_texts_are_shown_as_they_are_written() -> None:
+    """Words in square brackets would be taken for markup and left out."""
+    commands = list(commands_of(typer.main.get_command(cli._app()), "aos-gcs"))
+    assert len(commands) > 15
+    left_out = [
+        f"{name}: {text}"
+        for name, command in commands
+        for text in (command.help, *(getattr(parameter, "help", None) for parameter in command.params))
+        if text and Text.from_markup(text).plain != text
+    ]
+    assert left_out == []
 
 
 def test_only_the_command_that_is_called_is_imported(monkeypatch: pytest.MonkeyPatch) -> None:

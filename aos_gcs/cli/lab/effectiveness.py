@@ -76,10 +76,11 @@ def fit_person(
     ],
     out: Annotated[Path, typer.Option(metavar="FILE", help="File for the model, as JSON.")],
     odds: Annotated[
-        float, typer.Option(help="Persons per other warm body that a swarm sees where the model is to be used.")
+        float, typer.Option(help="Ratio of persons to other warm bodies where the model is to be used.")
     ] = 0.25,
     folds: Annotated[
-        int, typer.Option(help="Report figures, too, with each of so many parts judged by a model of the others.")
+        int,
+        typer.Option(help="Number of parts for cross-validation: each is judged by a model of the others; 0: none."),
     ] = 0,
 ) -> None:
     """Fit the model that tells persons from other warm bodies to the scenes of one study or several.

@@ -23,7 +23,7 @@ def recordings(
     ],
     fov: Annotated[
         float | None,
-        typer.Option(metavar="DEG", help="Full horizontal field of view, unless the poses file tells the camera."),
+        typer.Option(metavar="DEG", help="Full horizontal field of view, unless the poses file describes the camera."),
     ] = None,
     dem: Annotated[
         Path | None,

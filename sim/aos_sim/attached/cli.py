@@ -64,15 +64,15 @@ def sim_camera(
     gcs: Annotated[
         str | None,
         typer.Option(
-            help="Where the cameras speak to the ground station: udpout://HOST:PORT (each from its own port) or "
-            "tcpout://HOST:PORT. [default: through their autopilots]"
+            help="Links of the cameras to the ground station: udpout://HOST:PORT (each from its own port) or "
+            "tcpout://HOST:PORT (default: through their autopilots)."
         ),
     ] = None,
     world: Annotated[
         Path | None,
         typer.Option(
             help="Show the world of this file, which --world-file of this command or of aos-gcs sim has written, "
-            "instead of that of --origin, --seed and the options of what stands in it.",
+            "instead of the one made of --origin, --seed and the options for its contents.",
             dir_okay=False,
         ),
     ] = None,
@@ -80,7 +80,7 @@ def sim_camera(
         str | None,
         typer.Option(
             help="The world's origin, south of the forest: LAT,LON,ALT in degrees and metres above sea level. "
-            "[default: home of the vehicle with the lowest system id at the first exposure]"
+            "(default: home of the vehicle with the lowest system id at the first exposure)"
         ),
     ] = None,
     seed: Seed = 1,

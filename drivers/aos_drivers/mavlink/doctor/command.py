@@ -29,7 +29,7 @@ _MARKS = {Level.OK: "ok      ", Level.HINT: "hint    ", Level.PROBLEM: "PROBLEM 
 
 
 def doctor(
-    links: Annotated[list[str], typer.Argument(help="Links as in [link] urls, such as udpin://0.0.0.0:14550.")],
+    links: Annotated[list[str], typer.Argument(help="Links, as in the configuration, such as udpin://0.0.0.0:14550.")],
     seconds: Annotated[float, typer.Option(min=4.0, max=600.0, help="Listening time in seconds.")] = 12.0,
     system_id: Annotated[int, typer.Option(min=1, max=255, help="MAVLink system id of this station.")] = 254,
     as_json: Annotated[bool, typer.Option("--json", help="Write the findings as JSON.")] = False,
