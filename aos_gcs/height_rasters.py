@@ -33,7 +33,7 @@ def check_file(path: Path, name: str) -> None:
         raise InputDataError(f"{name!a} cannot be read: its name is not UTF-8. Rename it.") from None
     if not path.is_file():
         raise InputDataError(
-            f"{name} cannot be read: it is no file." if path.exists() else f"{name} does not exist; check the path."
+            f"{name} cannot be read: it is not a file." if path.exists() else f"{name} does not exist; check the path."
         )
 
 
@@ -56,13 +56,13 @@ def check_heights(dataset: Any, path: Path, name: str) -> None:
             f"{name} has {dataset.count} bands: extract the one with the heights (gdal_translate -b 1 IN OUT)."
         )
     if "complex" in dataset.dtypes[0]:
-        raise InputDataError(f"{name} has complex numbers, which are no heights.")
+        raise InputDataError(f"{name} has complex numbers, which are not heights.")
     transform = dataset.transform
     if not all(math.isfinite(value) for value in transform) or transform.determinant == 0.0:
         raise InputDataError(f"{name} has no cells of a finite size: its place is not known.")
     if not (math.isfinite(dataset.scales[0]) and dataset.scales[0] != 0.0 and math.isfinite(dataset.offsets[0])):
         raise InputDataError(
-            f"{name} states the scale {dataset.scales[0]:g} and the offset {dataset.offsets[0]:g}, which are of no use."
+            f"{name} states the scale {dataset.scales[0]:g} and the offset {dataset.offsets[0]:g}, which are invalid."
         )
     unit = (dataset.units[0] or "").lower()
     if unit not in _METRES:

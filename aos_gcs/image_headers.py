@@ -43,7 +43,7 @@ def picture_sizes(data: FileContent) -> list[tuple[int, int]]:
 
     Raises:
         TornImageError: it ends within its headers.
-        InputDataError: it is none of PNG, JPEG and TIFF, or its headers make no sense.
+        InputDataError: it is neither PNG, JPEG nor TIFF, or its headers make no sense.
     """
     try:
         if _starts(data, PNG_START):
@@ -56,7 +56,7 @@ def picture_sizes(data: FileContent) -> list[tuple[int, int]]:
         raise TornImageError(f"the image file of {len(data)} bytes is incomplete") from error
     if not data:
         raise TornImageError("the image file of 0 bytes is incomplete")
-    raise InputDataError(f"the image file of {len(data)} bytes is none of PNG, JPEG and TIFF")
+    raise InputDataError(f"the image file of {len(data)} bytes is neither PNG, JPEG nor TIFF")
 
 
 def is_cut_off(data: FileContent) -> bool:

@@ -89,7 +89,7 @@ class MissionHost:
         except ConnectionError:
             pass  # the reader sees the end, too
         except Exception:
-            _log.exception("The dashboard is not told any more what happens")
+            _log.exception("The dashboard receives no more events")
             writer.close()
 
     # --- what happens -------------------------------------------------------------------------------------------------

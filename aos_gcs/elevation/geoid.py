@@ -37,7 +37,7 @@ class Geoid:
         try:
             self._shift = pyproj.Transformer.from_pipeline(pipeline)
         except pyproj.exceptions.ProjError as error:
-            raise InputDataError(f"The geoid {grid} is no grid file of PROJ that can be read.") from error
+            raise InputDataError(f"The geoid {grid} is not a grid file that PROJ can read.") from error
 
     def undulation_m(self, latitude_deg: ArrayLike, longitude_deg: ArrayLike) -> NDArray[np.float64]:
         """Return the heights of the geoid above the ellipsoid; NaN outside of the grid."""

@@ -95,9 +95,9 @@ class ElevationModel:
         """Datum of the files."""
         if self.datum.datum is VerticalDatum.ELLIPSOID and geoid is None:
             raise ConfigurationError(
-                f"The heights of {first.path} count from the ellipsoid, and the geoid that separates it from mean sea "
-                "level is not here: the error would be up to 100 m. Install Debian's proj-data, or give PROJ's grid "
-                "egm96_15 (--geoid FILE; geoid in a configuration)."
+                f"The heights of {first.path} are above the ellipsoid, and no grid of the geoid, which relates it to "
+                "mean sea level, is installed: the error would be up to 100 m. Install Debian's proj-data, or give "
+                "PROJ's grid egm96_15 (--geoid FILE; geoid in a configuration)."
             )
         pyproj: Any = load_extra("pyproj", "geo", "Reading an elevation model")
         self._to_crs = pyproj.Transformer.from_crs("EPSG:4326", first.horizontal_crs, always_xy=True)
@@ -337,12 +337,12 @@ def _agreed_datum(tiles: Sequence[ElevationTile], given: VerticalDatum | None) -
     if own is None:
         if given is None:
             raise InputDataError(
-                f"The elevation model {tiles[0].path} does not state what its heights count from: say it (--datum "
-                "egm96, egm2008, national or ellipsoid; datum in a configuration). Its provider's description has it."
+                f"The elevation model {tiles[0].path} does not state its vertical datum: give it (--datum egm96, "
+                "egm2008, national or ellipsoid; datum in a configuration). Its provider's description contains it."
             )
         return StatedDatum(given, f"{given}, as stated by the operator")
     if given is not None and given is not own.datum:
         raise ConfigurationError(
-            f"The heights of {tiles[0].path} count from {own.name} ({own.datum}) by the file itself, not from {given}."
+            f"The vertical datum of {tiles[0].path} is {own.name} ({own.datum}) according to the file, not {given}."
         )
     return own

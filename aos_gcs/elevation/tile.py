@@ -101,7 +101,7 @@ class ElevationTile:
         horizontal = crs.sub_crs_list[0] if crs.is_compound else crs.to_2d()
         if told is not None and not told.to_2d().equals(horizontal, ignore_axis_order=True):
             raise ConfigurationError(
-                f"{self.path} is in {horizontal.name} by the file itself, not in {told.name}: leave --crs out."
+                f"{self.path} is in {horizontal.name} according to the file, not in {told.name}: leave --crs out."
             )
         return crs
 

@@ -121,7 +121,7 @@ def read_geotag(source: Path | BinaryIO) -> Geotag:
             exif = exif_tags(image.getexif(), width_px)
             packet = image.info.get("xmp", b"")
     except (*_BROKEN, pil.DecompressionBombError) as error:
-        raise InputDataError("it is no image that can be read") from error
+        raise InputDataError("it is not a readable image") from error
     xmp = parse_xmp(packet) if packet else {}
     tag = geotag(exif, xmp, width_px, height_px)
     return replace(tag, sensor=sensor_of(xmp, source.name if isinstance(source, Path) else ""))
@@ -139,14 +139,14 @@ def geotag(exif: ExifTags, xmp: Mapping[str, str], width_px: int, height_px: int
     if latitude_deg is None or longitude_deg is None:
         raise InputDataError("it has no GPSLatitude and GPSLongitude")
     if not (abs(latitude_deg) <= 90.0 and abs(longitude_deg) <= 180.0) or (latitude_deg == longitude_deg == 0.0):
-        raise InputDataError(f"its position, {latitude_deg:g}, {longitude_deg:g}, is no place: it had no fix")
+        raise InputDataError(f"its position, {latitude_deg:g}, {longitude_deg:g}, is not on the earth: it had no fix")
     if exif.orientation not in _R_FILE2SHOWN:
         raise InputDataError(f"its Orientation tag, {exif.orientation}, says that it is mirrored")
     altitude_m = _first(xmp, ("AbsoluteAltitude",))
     for name in ("AbsoluteAltitude", "RelativeAltitude"):
         value_m = _first(xmp, (name,))
         if value_m is not None and abs(value_m) > MAX_ALTITUDE_M:
-            raise InputDataError(f"its {name}, {value_m:g} m, is no altitude of an aircraft")
+            raise InputDataError(f"its {name}, {value_m:g} m, is not a plausible altitude of an aircraft")
     return Geotag(
         latitude_deg=latitude_deg,
         longitude_deg=longitude_deg,

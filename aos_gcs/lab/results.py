@@ -118,7 +118,7 @@ def open_results(folder: Path) -> ResultFolder:
     """
     path = folder / MANIFEST
     if not path.exists():
-        raise InputDataError(f"{folder} is no campaign: it has no {MANIFEST}; give the --out of aos-gcs lab run.")
+        raise InputDataError(f"{folder} is not a campaign: it has no {MANIFEST}; give the --out of aos-gcs lab run.")
     return ResultFolder(folder, parse_manifest(_read_manifest(path), str(path)))
 
 
@@ -127,7 +127,7 @@ def _begin(folder: Path, campaign: Campaign) -> None:
     known = {folder / STEPS, folder / STEPS / f"{MANIFEST}.tmp"}
     if folder.exists() and (not folder.is_dir() or not known.issuperset(folder.rglob("*"))):
         raise ConfigurationError(
-            f"{folder} is not empty and has no {MANIFEST}: it is no campaign, or one that lost it. "
+            f"{folder} is not empty and has no {MANIFEST}: it is not a campaign, or has lost this file. "
             "Choose another --out, or delete it."
         )
     try:

@@ -107,7 +107,7 @@ def _place(latitude_deg: object, longitude_deg: object) -> Place:
     place = Place(float(str(latitude_deg)), float(str(longitude_deg)))
     if not (abs(place.latitude_deg) <= 90.0 and abs(place.longitude_deg) <= 180.0):
         where = f"{_short(latitude_deg)}, {_short(longitude_deg)}"
-        raise InputDataError(f"{where} is no latitude and longitude in degrees; export it in WGS 84 (EPSG:4326).")
+        raise InputDataError(f"{where} is not a latitude and longitude in degrees; export it in WGS 84 (EPSG:4326).")
     return place
 
 
@@ -216,7 +216,7 @@ def _from_kml(content: bytes) -> Iterator[ImportedShape]:
         text = "The file declares a document type or entities, which are refused; remove them."
         raise InputDataError(text) from error
     except ParseError as error:
-        raise InputDataError(f"The file is no well-formed KML: {error}.") from error
+        raise InputDataError(f"The file is not well-formed KML: {error}.") from error
     for placemark in root.iterfind(".//{*}Placemark"):
         name = (placemark.findtext("{*}name") or "").strip()
         for polygon in placemark.iterfind(".//{*}Polygon"):

@@ -27,15 +27,15 @@ def read_world(path: Path) -> dict[str, Any]:
     except OSError as error:
         raise InputDataError(f"The world file {path} cannot be read: {error.strerror}.") from error
     except (ValueError, AttributeError) as error:
-        raise InputDataError(f"{path} is no world file of the simulator: {error}.") from error
+        raise InputDataError(f"{path} is not a world file of the simulator: {error}.") from error
     if missing:
-        raise InputDataError(f"{path} is no world file of the simulator: it lacks {', '.join(sorted(missing))}.")
+        raise InputDataError(f"{path} is not a world file of the simulator: it lacks {', '.join(sorted(missing))}.")
     for name, read in _READERS.items():
         try:
             read(world.get(name, ()))
         except (ValueError, TypeError, KeyError, AttributeError) as error:
             raise InputDataError(
-                f"{path} is no world file of the simulator: {name} cannot be read ({error})."
+                f"{path} is not a world file of the simulator: {name} cannot be read ({error})."
             ) from error
     return world
 

@@ -47,13 +47,13 @@ class VirtualTimeLoop(asyncio.SelectorEventLoop):
 
     def _pass_time(self, timeout_s: float | None) -> list[Any]:
         if timeout_s is None:
-            raise RuntimeError("everything waits, and nothing is left that could happen")
+            raise RuntimeError("deadlock: all tasks wait, and no timer is set")
         if timeout_s > 0.0:
             self._now_s += timeout_s + _RESOLUTION_S
             self._idle_rounds = 0
         self._idle_rounds += 1
         if self._idle_rounds > _MAX_ROUNDS:
-            raise RuntimeError("something runs for ever without waiting")
+            raise RuntimeError("endless loop: a task never waits")
         return []
 
 

@@ -95,10 +95,10 @@ def _array(content: bytes) -> Image:
     """Return the array of a NumPy file without room for more than the file holds."""
     file = io.BytesIO(content)
     if np.lib.format.read_magic(file) != (1, 0):
-        raise ValueError("it is no NumPy file of version 1")
+        raise ValueError("it is not a NumPy file of version 1")
     shape, _, dtype = np.lib.format.read_array_header_1_0(file)
     if dtype.kind not in "uif" or math.prod(shape) * dtype.itemsize != len(content) - file.tell():
-        raise ValueError(f"its {len(content)} bytes are no array of {shape} {dtype}")
+        raise ValueError(f"its {len(content)} bytes are not an array of {shape} {dtype}")
     return cast("Image", np.frombuffer(content, dtype, offset=file.tell()).reshape(shape).copy())
 
 
@@ -106,10 +106,10 @@ def _pages(content: bytes) -> Sequence[Page]:
     # Recorded files are not compressed: one with more pixels than bytes is damaged, or made to fill the memory.
     pixels = sum(width * height for width, height in picture_sizes(content))
     if pixels > len(content):
-        raise ValueError(f"{len(content)} bytes are no {pixels} pixels")
+        raise ValueError(f"{len(content)} bytes are not {pixels} pixels")
     read, pages = cv2.imdecodemulti(np.frombuffer(content, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
     if not read:
-        raise ValueError("it is no TIFF")
+        raise ValueError("it is not a TIFF file")
     return cast("Sequence[Page]", pages)
 
 

@@ -348,7 +348,7 @@ def _typed(row: sqlite3.Row, column: str, *kinds: type) -> Any:
 def _time_s(row: sqlite3.Row) -> float:
     utc_s: float = _typed(row, "utc_s", int, float)
     if not 0.0 <= utc_s <= MAX_UTC_S:
-        raise ValueError(f"{utc_s!r} is no time")
+        raise ValueError(f"{utc_s!r} is not a time")
     return utc_s
 
 

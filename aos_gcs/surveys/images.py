@@ -68,7 +68,7 @@ def read_frame(image: SurveyImage, bands: tuple[str, ...], vehicle_id: int = 0) 
     if pixels.shape != expected:
         raise InputDataError(
             f"The image {image.path} has {_size(pixels.shape)}, but {_size(expected)} are expected: all images of a "
-            "recording must be alike, or tell their own cameras."
+            "recording must be alike, or name their own cameras."
         )
     if image.dtype is not None and pixels.dtype != image.dtype:
         raise InputDataError(
@@ -106,7 +106,7 @@ def read_image(path: Path) -> NDArray[Any]:
     if image is None or image.dtype.name not in _VALUES:
         raise InputDataError(f"The image {path} is not an image of 8, 16 or 32 bit that can be decoded.")
     if image.dtype == np.float32 and not np.isfinite(image).all():
-        raise InputDataError(f"The image {path} has values that are no finite numbers.")
+        raise InputDataError(f"The image {path} has values that are not finite numbers.")
     if image.ndim == 2:
         return np.asarray(image[:, :, np.newaxis])
     return np.ascontiguousarray(image[:, :, 2::-1])

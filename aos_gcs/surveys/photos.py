@@ -186,7 +186,7 @@ def _read(
 
 def _refuse_other_sensor(sensor: Sensor | None, wanted: Sensor | None) -> None:
     if wanted is not None and sensor is not wanted:
-        taken_by = "does not tell its sensor" if sensor is None else f"was taken by the sensor {sensor}"
+        taken_by = "does not name its sensor" if sensor is None else f"was taken by the sensor {sensor}"
         raise InputDataError(f"it {taken_by}")
 
 

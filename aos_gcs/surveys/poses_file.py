@@ -159,7 +159,7 @@ def _document(poses_file: Path) -> Mapping[str, Any]:
             content = file.read(MAX_FILE_BYTES + 1)
         if len(content) > MAX_FILE_BYTES:
             raise InputDataError(
-                f"The poses file {poses_file} has more than {MAX_FILE_BYTES / 1e6:.0f} MB: it is none."
+                f"The poses file {poses_file} has more than {MAX_FILE_BYTES / 1e6:.0f} MB, too many for a poses file."
             )
         document = json.loads(content.decode("utf-8-sig"))
     except OSError as error:
@@ -319,7 +319,7 @@ def _pose(entry: Mapping[str, Any], place: str, convention: PoseConvention) -> P
             f"{MAX_POSITION_M:g}."
         )
     if np.abs(R @ R.T - np.eye(3)).max() > ROTATION_TOLERANCE or np.linalg.det(R) < 0.0:
-        raise InputDataError(f"{place}: the left 3x3 part of 'M3x4' is no rotation matrix.")
+        raise InputDataError(f"{place}: the left 3x3 part of 'M3x4' is not a rotation matrix.")
     return convention.pose(R, t)
 
 
@@ -346,5 +346,5 @@ def _number(value: object, place: str) -> float:
     except (TypeError, ValueError, OverflowError):
         number = math.nan
     if not math.isfinite(number):
-        raise InputDataError(f"{place}: 'M3x4' contains {shown(value)}, which is no finite number.")
+        raise InputDataError(f"{place}: 'M3x4' contains {shown(value)}, which is not a finite number.")
     return number

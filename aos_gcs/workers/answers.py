@@ -174,7 +174,7 @@ def _name(kind: type) -> str:
 
 def _parts(sizes: list[int], arena: Arena, max_bytes: int) -> list[NDArray[np.uint8]]:
     if not all(type(size) is int and size >= 0 for size in sizes):
-        raise ValueError("sizes that are none")
+        raise ValueError("invalid sizes")
     starts, total = layout(sizes)
     if total > max_bytes:
         raise ValueError(f"{total} bytes of arrays, more than {max_bytes}")
@@ -227,20 +227,20 @@ class _Reader:
 
     def _read_array(self, dtype: str, shape: list[int], is_fortran: bool, place: int) -> NDArray[Any]:
         if not all(type(edge) is int and edge >= 0 for edge in shape):
-            raise ValueError("a shape that is none")
+            raise ValueError("an invalid shape")
         values = self._typed(dtype, place)
         return values.reshape(shape[::-1]).T if is_fortran else values.reshape(shape)
 
     def _read_enum(self, name: str, member: str) -> object:
         kind = _loaded(name)
         if not issubclass(kind, Enum):
-            raise TypeError(f"{name} is no enum")
+            raise TypeError(f"{name} is not an enumeration")
         return kind.__members__[member]
 
     def _read_data(self, name: str, content: dict[str, object]) -> object:
         kind = _loaded(name)
         if not is_dataclass(kind):
-            raise TypeError(f"{name} is no data")
+            raise TypeError(f"{name} is not a dataclass")
         names = [field.name for field in fields(kind)]
         if set(names) != content.keys():
             raise ValueError(f"{name} with other fields than its own")
@@ -270,14 +270,14 @@ def _loaded(name: str) -> type[Any]:
         raise KeyError(name)
     kind = vars(sys.modules[module])[qualname]
     if not isinstance(kind, type) or kind.__module__ != module:
-        raise TypeError(f"{name} is no class")
+        raise TypeError(f"{name} is not a class")
     return kind
 
 
 def _error(name: str, arguments: tuple[object, ...], state: dict[str, object], notes: list[str]) -> Exception:
     kind: type[Exception] = _BUILTIN_ERRORS.get(name) or _loaded(name)
     if not issubclass(kind, AosError) and name not in _BUILTIN_ERRORS:
-        raise TypeError(f"{name} is no error")
+        raise TypeError(f"{name} is not an error")
     error = kind.__new__(kind)
     error.args = tuple(arguments)
     for attribute, value in state.items():

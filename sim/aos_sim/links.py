@@ -209,7 +209,9 @@ async def open_endpoint(address: LinkAddress, on_message: OnMessage, max_peers: 
             tcp.server = await loop.create_server(tcp.make_protocol, *where)
     except OSError as error:
         if address.kind is LinkKind.TCP_OUT:
-            raise LinkError(f"Nobody answers at {address}: start what listens there, or correct the link.") from error
+            raise LinkError(
+                f"No answer at {address}: start the program that listens there, or correct the link."
+            ) from error
         raise LinkError(
             f"Cannot open {address}: {error.strerror or error}. "
             "Close the program that uses the port or choose another --link."

@@ -349,7 +349,7 @@ class SimulatedSwarm:
 
     def _start(self, work: Coroutine[None, None, None]) -> None:
         if self._group is None:
-            raise RuntimeError("The swarm has not been entered.")
+            raise RuntimeError("The swarm is not running: enter it as a context manager.")
         task = self._group.create_task(work)
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)

@@ -110,5 +110,5 @@ def read_world_file(path: Path) -> tuple[SceneParameters, GeodeticPosition]:
         raise InputDataError(f"The world file {path} cannot be read: {error.strerror}.") from error
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise InputDataError(
-            f"{path} is no world file ({error}); aos-gcs sim and aos-gcs sim-camera write one with --world-file."
+            f"{path} is not a world file ({error}); aos-gcs sim and aos-gcs sim-camera write one with --world-file."
         ) from error

@@ -168,7 +168,7 @@ async def test_shapes_come_from_files_and_broken_ones_are_refused(page: Page, pl
     await open_plan(page, planned_service)
     picker = page.get_by_test_id("plan-import")
     await picker.set_input_files(FilePayload(name="broken.kml", mimeType="", buffer=b"<kml><Placemark>"))
-    await expect(page.get_by_test_id("import-refusal")).to_contain_text("broken.kml: The file is no well-formed KML")
+    await expect(page.get_by_test_id("import-refusal")).to_contain_text("broken.kml: The file is not well-formed KML")
     huge = FilePayload(name="huge.json", mimeType="", buffer=b" " * (MAX_FILE_BYTES + 1))
     await picker.set_input_files(huge)
     await expect(page.get_by_test_id("import-refusal")).to_contain_text("huge.json: The file is larger than 4 MiB")
@@ -303,7 +303,7 @@ async def test_bad_files_and_areas_are_refused_where_they_were_given(page: Page,
         (bomb, "document type or entities"),
         (json.dumps({"type": "Polygon", "coordinates": [square(1e-3)], "crs": utm}).encode(), "WGS 84"),
         (json.dumps({"type": "Polygon", "coordinates": [ring]}).encode(), "20000 points; simplify it to 500"),
-        (b'{"type": "Point", "coordinates": [NaN, 48.0]}', "no latitude and longitude"),
+        (b'{"type": "Point", "coordinates": [NaN, 48.0]}', "not a latitude and longitude"),
     ):
         await picker.set_input_files(FilePayload(name="bad", mimeType="", buffer=content))
         await expect(refusal).to_contain_text(words)

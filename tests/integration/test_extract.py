@@ -178,10 +178,10 @@ def test_files_that_cannot_be_used_are_refused(video: Path, tmp_path: Path, caps
     assert "does not exist" in refusal(tmp_path / "absent.mp4", tmp_path / "f", capsys, "--subtitles", subtitles)
     text = tmp_path / "text.mp4"
     text.write_text("no video")
-    assert "is no MP4, MOV or MKV" in refusal(text, tmp_path / "f", capsys, "--subtitles", subtitles)
+    assert "is not a readable MP4, MOV or MKV" in refusal(text, tmp_path / "f", capsys, "--subtitles", subtitles)
     playlist = tmp_path / "list.mp4"
     playlist.write_text(f"#EXTM3U\n#EXTINF:1,\nfile://{video}\n")
-    assert "is no MP4, MOV or MKV" in refusal(playlist, tmp_path / "f", capsys, "--subtitles", subtitles)
+    assert "is not a readable MP4, MOV or MKV" in refusal(playlist, tmp_path / "f", capsys, "--subtitles", subtitles)
     alone = tmp_path / "alone.mp4"
     alone.write_bytes(video.read_bytes())
     assert "has neither a subtitle file beside it" in refusal(alone, tmp_path / "f", capsys)

@@ -130,7 +130,7 @@ def told(flight: Flight) -> list[str]:
 @pytest.mark.parametrize(
     ("reported", "words"),
     [
-        ({"vertical_accuracy_m": 1.5}, "its altitude is accurate to ± 3.0 m only (95 %), layers of 2 m bear ± 0.2 m"),
+        ({"vertical_accuracy_m": 1.5}, "its altitude is accurate to ± 3.0 m only (95 %), layers of 2 m allow ± 0.2 m"),
         ({"gps_fix": 3}, "it has lost its RTK fix, which layers of 2 m need"),
         ({"altitude_test_ratio": 1.2}, "its estimator rejects the heights that it measures (120% of what it accepts)"),
     ],

@@ -46,5 +46,5 @@ async def test_what_a_killed_mission_has_left_is_not_taken_for_the_vehicles_own(
         assert first.return_height_m == pytest.approx(35.0, abs=0.1)
         await run
     assert (first.return_height_m, second.return_height_m) == (30.0, 42.0)
-    assert any("a former mission has not restored" in text for text in flight.texts())
+    assert any("an earlier mission left its failsafe return height changed" in text for text in flight.texts())
     assert {record.vehicle_id for record in flight.recorder.settings if record.is_restored} >= {1, 2}

@@ -98,7 +98,7 @@ def test_a_surface_model_is_warned_of(tmp_path: Path, capsys: pytest.CaptureFixt
         (("--kind", "ground"), "--kind must be terrain or surface"),
         (("--kind", "terrain", "--at", "95,10"), "--at needs LATITUDE,LONGITUDE"),
         (("--kind", "terrain", "--geoid", "absent.gtx"), "does not exist"),
-        (("--kind", "terrain", "--datum", "ellipsoid"), "by the file itself"),
+        (("--kind", "terrain", "--datum", "ellipsoid"), "according to the file"),
         (("--kind", "terrain", "--plan", "absent.toml"), "Cannot read the configuration"),
     ],
 )

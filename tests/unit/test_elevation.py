@@ -128,19 +128,19 @@ def test_the_geoid_is_unknown_beyond_its_grid_and_named_when_absent(tmp_path: Pa
     with pytest.raises(ConfigurationError, match="does not exist"):
         find_geoid(tmp_path / "absent.gtx")
     (tmp_path / "text.gtx").write_text("no grid")
-    with pytest.raises(InputDataError, match="no grid file of PROJ"):
+    with pytest.raises(InputDataError, match="not a grid file that PROJ can read"):
         find_geoid(tmp_path / "text.gtx")
 
 
 def test_the_datum_is_stated_by_the_file_or_by_the_operator(tmp_path: Path) -> None:
     plain = write_model(tmp_path / "plain.tif", "EPSG:32633")
-    with pytest.raises(InputDataError, match="does not state what its heights count from"):
+    with pytest.raises(InputDataError, match="does not state its vertical datum"):
         opened(plain)
     assert opened(plain, datum=VerticalDatum.EGM2008).datum.datum is VerticalDatum.EGM2008
     austrian = write_model(tmp_path / "gha.tif", "EPSG:31255+5778")
     assert opened(austrian).datum.name == "GHA height"
     assert opened(austrian).sigma_m > 0.0
-    with pytest.raises(ConfigurationError, match="count from GHA height"):
+    with pytest.raises(ConfigurationError, match="is GHA height"):
         opened(austrian, datum=VerticalDatum.ELLIPSOID)
     with pytest.raises(InputDataError, match="different vertical datums"):
         opened(plain, write_model(tmp_path / "egm.tif", "EPSG:32633+5773", first=(0, 100)))
@@ -219,7 +219,7 @@ def test_pictures_and_other_rasters_are_no_heights(tmp_path: Path) -> None:
     asc.write_text("ncols 1000000\nnrows 1000000\nxllcorner 0\nyllcorner 0\ncellsize 5\n1 2 3\n")
     refused(asc, "is incomplete", crs="EPSG:32633")
     os.mkfifo(tmp_path / "pipe.tif")
-    refused(tmp_path / "pipe.tif", "is no file")
+    refused(tmp_path / "pipe.tif", "is not a file")
     refused(Path("/vsicurl/http://127.0.0.1:9/dtm.tif"), "does not exist")
     cut = write_model(tmp_path / "cut.tif", egm96)
     cut.write_bytes(cut.read_bytes()[: cut.stat().st_size // 2])
@@ -274,7 +274,7 @@ def test_infinite_heights_are_holes(tmp_path: Path) -> None:
 def test_a_system_that_contradicts_the_file_is_refused(tmp_path: Path) -> None:
     path = write_model(tmp_path / "dtm.tif", "EPSG:32633+5773")
     assert opened(path, crs="EPSG:32633").crs_name == opened(path).crs_name
-    refused(path, "by the file itself, not in WGS 84 / UTM zone 1N", ConfigurationError, crs="EPSG:32601")
+    refused(path, "according to the file, not in WGS 84 / UTM zone 1N", ConfigurationError, crs="EPSG:32601")
     refused(_plain(tmp_path), "no places in a plane", ConfigurationError, crs="EPSG:5773")
 
 

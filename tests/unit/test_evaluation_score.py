@@ -232,7 +232,7 @@ async def test_mission_and_world_may_have_origins_of_their_own(tmp_path: Path, p
 async def test_what_is_no_world_file_is_named(tmp_path: Path, content: str) -> None:
     path = tmp_path / "other.json"
     path.write_text(content, encoding="utf-8")
-    with pytest.raises(InputDataError, match=r"other.json is no world file"):
+    with pytest.raises(InputDataError, match=r"other.json is not a world file"):
         score_mission(snapshot(None, (), Outcome.FAILED), tmp_path, path, None)
 
 
@@ -257,7 +257,9 @@ PLACE = '"origin": {"latitude_deg": 48.3, "longitude_deg": 14.3, "altitude_amsl_
 def test_a_field_that_cannot_be_read_is_named(tmp_path: Path, fields: str, name: str) -> None:
     path = tmp_path / "world.json"
     path.write_text(f"{{{fields}}}", encoding="utf-8")
-    with pytest.raises(InputDataError, match=rf"world\.json is no world file of the simulator: {name} cannot be read"):
+    with pytest.raises(
+        InputDataError, match=rf"world\.json is not a world file of the simulator: {name} cannot be read"
+    ):
         read_world(path)
 
 

@@ -154,8 +154,8 @@ USELESS: dict[str, tuple[bytes, dict[str, Any], str]] = {
     "no attitude": (b"", {"latitude_deg": 48.0, "longitude_deg": 14.0}, "no GimbalYawDegree and GimbalPitchDegree"),
     "no pitch": (xmp_packet(NO_ANGLE), {}, "no GimbalYawDegree and GimbalPitchDegree"),
     "no number": (xmp_packet(DJI | {"drone-dji:GimbalPitchDegree": "nan"}), {}, "no GimbalYawDegree and"),
-    "no fix": (xmp_packet(NO_PLACE), {}, "is no place: it had no fix"),
-    "off the globe": (xmp_packet(DJI | {"drone-dji:GpsLatitude": "148"}), {}, "is no place"),
+    "no fix": (xmp_packet(NO_PLACE), {}, "is not on the earth: it had no fix"),
+    "off the globe": (xmp_packet(DJI | {"drone-dji:GpsLatitude": "148"}), {}, "is not on the earth"),
     "mirrored": (xmp_packet(DJI), {"orientation": 5}, "its Orientation tag, 5, says that it is mirrored"),
     "broken XMP": (xmp_packet(DJI)[:-40], {}, "its XMP is not valid XML"),
     "entities": (
@@ -185,7 +185,7 @@ def test_photographs_are_read_from_files(tmp_path: Path) -> None:
 def test_files_that_are_no_images_are_refused(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "photo.jpg"
     path.write_bytes(content)
-    with pytest.raises(InputDataError, match="no image that can be read"):
+    with pytest.raises(InputDataError, match="not a readable image"):
         read_geotag(path)
 
 
@@ -230,7 +230,7 @@ def test_values_that_no_aircraft_has_are_refused() -> None:
     with pytest.raises(InputDataError, match="nested too deeply"):
         parse_xmp(xmp_packet(DJI, "<a>" * 9000 + "</a>" * 9000))
     for name in ("AbsoluteAltitude", "RelativeAltitude"):
-        with pytest.raises(InputDataError, match=rf"its {name}, 1e\+308 m, is no altitude"):
+        with pytest.raises(InputDataError, match=rf"its {name}, 1e\+308 m, is not a plausible altitude"):
             tag_of(xmp_packet(DJI | {f"drone-dji:{name}": "1e308"}))
     sigmas = {f"drone-dji:RtkStd{axis}": "1e300" for axis in ("Lat", "Lon", "Hgt")}
     assert tag_of(xmp_packet(DJI | sigmas)).position_sigma_m is None

@@ -195,7 +195,7 @@ def test_autofocus_does_not_take_for_ground_what_it_sees_through(monkeypatch: py
     below.append(layered((2, 0.0, 0.0)))
     result = find_focus(frames, GroundRegion(*BOUNDS_M), 8.0, 16.0)
     assert not result.found
-    assert "things are seen far below" in result.reason
+    assert "objects are visible far below" in result.reason
 
 
 def test_ground_that_falls_is_not_seen_through() -> None:

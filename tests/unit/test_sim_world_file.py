@@ -31,7 +31,7 @@ def test_a_world_is_the_same_when_it_is_read_back(tmp_path: Path) -> None:
 def test_what_is_no_world_file_is_named(tmp_path: Path, content: str) -> None:
     path = tmp_path / "other.json"
     path.write_text(content, encoding="utf-8")
-    with pytest.raises(InputDataError, match=r"other\.json is no world file"):
+    with pytest.raises(InputDataError, match=r"other\.json is not a world file"):
         read_world_file(path)
     with pytest.raises(InputDataError, match="cannot be read"):
         read_world_file(tmp_path / "missing.json")

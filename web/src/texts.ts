@@ -37,7 +37,7 @@ export const texts = {
   requests: {
     disconnected: "Not sent: no connection to the station. Use the remote control.",
     notSent: "Not confirmed: the station cannot be reached. Try again, or use the remote control.",
-    unreadableAnswer: "The answer of the station cannot be read. Check the modes of the vehicles.",
+    unreadableAnswer: "The station's answer cannot be read. Check the modes of the vehicles.",
   },
   connection: {
     connecting: "Connecting …",
@@ -280,9 +280,9 @@ export const texts = {
     override: "Override",
     reason: "Reason, for the audit log",
     notOverridable: "This check cannot be overridden.",
-    fleet: "Vehicles that fly",
-    confirmed: (ids: string) => `Confirmed: ${ids}. Others are not armed.`,
-    unconfirmed: "Not confirmed yet. Others than those confirmed are not armed.",
+    fleet: "Vehicles to fly",
+    confirmed: (ids: string) => `Confirmed: ${ids}. Only these are armed.`,
+    unconfirmed: "Not confirmed yet. Only confirmed vehicles are armed.",
     confirm: (count: number) => `Confirm ${count} vehicles`,
     launch: "Launch",
     blockers: "Blocking issues",

@@ -25,5 +25,5 @@ def parse_seen(text: str) -> Seen:
     """
     found = _FORM.fullmatch(text)
     if found is None:
-        raise InputDataError("X-Seen: this is no state of a mission. Send what GET /api/mission has returned in it.")
+        raise InputDataError("X-Seen: this is not a state of a mission. Send what GET /api/mission has returned in it.")
     return Seen(unquote(found["mission"]), int(found["count"]), int(found["at_ms"]) / 1000)

@@ -173,7 +173,7 @@ def _judged_by_spots(search: _Search, result: FocusResult, low_m: float, high_m:
     if any(is_among_crowns(spots, result.height_m) for spots in kinds):
         reason = f"what stands out at {result.height_m:.1f} m are crowns, and no ground stands out below them"
     elif any(is_seen_through(spots, result.height_m, centre_m) for spots in kinds):
-        reason = f"things are seen far below {result.height_m:.1f} m, but not enough of them to tell the ground"
+        reason = f"objects are visible far below {result.height_m:.1f} m, but too few of them to locate the ground"
     else:
         return result
     return replace(result, confidence=0.0, found=False, reason=reason)

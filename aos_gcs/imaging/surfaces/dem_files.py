@@ -122,7 +122,7 @@ def _read_obj(path: Path) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
     points = np.array(vertices if {len(vertex) for vertex in vertices} == {3} else [], dtype=np.float64)
     corners = np.array(triangles, dtype=np.intp)
     if not triangles or not points.size or not np.isfinite(points).all() or corners.max() >= len(points):
-        raise InputDataError(f"The terrain {path} is no mesh of finite vertices and the faces between them.")
+        raise InputDataError(f"The terrain {path} is not a mesh of finite vertices and faces.")
     return points, corners
 
 

@@ -93,7 +93,7 @@ class AccuracyWatch:
         state = member.state
         vertical_m, fix = accuracy_of(state).vertical_m, state.gps_fix
         if vertical_m > max(borne_m, _WORSE * accepted.vertical_m):
-            layers = f"layers of {layer_spacing_m:g} m bear ± {CONFIDENCE * borne_m:.1f} m"
+            layers = f"layers of {layer_spacing_m:g} m allow ± {CONFIDENCE * borne_m:.1f} m"
             return f"its altitude is accurate to ± {CONFIDENCE * vertical_m:.1f} m only (95 %), {layers}"
         if layer_spacing_m < MIN_LAYERS_WITHOUT_RTK_M and accepted.has_rtk and fix is not None and fix < RTK_FLOAT:
             return f"it has lost its RTK fix, which layers of {layer_spacing_m:g} m need"

@@ -59,7 +59,7 @@ class ReturnHeights:
             return
         self._former[member.vehicle_id] = former
         await self._record(member, former, is_restored=False)
-        text = f"a former mission has not restored its failsafe return height: this one will, to {_in_words(former)}"
+        text = f"an earlier mission left its failsafe return height changed: this one restores {_in_words(former)}"
         self._context.journal.notice(Severity.WARNING, text, member.vehicle_id)
 
     async def set(self, member: Member, facts: VehicleFacts, height_m: float, deadline_s: float) -> None:

@@ -209,7 +209,7 @@ def _opened(video: Path) -> Any:
         )
     except (av.FFmpegError, OSError) as error:
         reason = error.strerror or error
-        raise InputDataError(f"The file {video} is no MP4, MOV or MKV video that can be read: {reason}.") from error
+        raise InputDataError(f"The file {video} is not a readable MP4, MOV or MKV video: {reason}.") from error
 
 
 def _pictures(container: Any, video: Path, selection: Selection) -> Iterator[tuple[float, Any]]:

@@ -60,7 +60,9 @@ def read_subtitle_file(path: Path) -> list[Sample]:
     except OSError as error:
         raise InputDataError(f"The subtitle file {path} cannot be read: {error.strerror}.") from error
     if len(content) > MAX_BYTES:
-        raise InputDataError(f"The subtitle file {path} has more than {MAX_BYTES / 1e6:.0f} MB: it is none.")
+        raise InputDataError(
+            f"The subtitle file {path} has more than {MAX_BYTES / 1e6:.0f} MB, too many for subtitles."
+        )
     text = content.decode(encoding="utf-8-sig", errors="replace")
     return samples_of(_cues(text.replace("\r\n", "\n").replace("\r", "\n")), str(path))
 

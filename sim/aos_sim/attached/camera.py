@@ -102,7 +102,7 @@ class AttachedCamera:
                 self._waiting.remove(waiting)
             elif now_s >= waiting.expires_at_s and waiting.polls >= _LEAST_POLLS:
                 self._waiting.remove(waiting)
-                self.refuse(waiting.exposure, f"the vehicle has not told its pose for {POSE_WAIT_S:g} s")
+                self.refuse(waiting.exposure, f"the vehicle has not reported its pose for {POSE_WAIT_S:g} s")
 
     def take_shots(self) -> list[Shot]:
         """Return the images to be made; report each with :meth:`deliver` or :meth:`refuse`."""

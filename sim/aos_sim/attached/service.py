@@ -161,7 +161,7 @@ class AttachedCameras:
                 endpoint = await open_endpoint(address, partial(receive, key))
             except LinkError as error:
                 if not is_told:
-                    _LOGGER.info("%s It is tried again until somebody does.", error)
+                    _LOGGER.info("%s Retrying.", error)
                 is_told = True
                 await asyncio.sleep(_RETRY_S)
                 continue
@@ -226,7 +226,7 @@ class AttachedCameras:
         if self._senders.is_ambiguous(camera.system_id, now_s):
             camera.refuse(shot.exposure, "its system id is used by two senders")
         elif frame is None:
-            camera.refuse(shot.exposure, "no vehicle has told its home, where the world has its origin")
+            camera.refuse(shot.exposure, "no vehicle has reported its home, the origin of the world")
         else:
             task = self._group.create_task(self._develop(camera, shot, frame))
             self._developing.add(task)

@@ -148,7 +148,7 @@ class FlownVehicle:
         await self._clock.sleep(LATENCY_S)
         while not (order == self._orders and self._shows(command)):
             if order != self._orders:
-                raise CommandRefusedError(f"vehicle {self.vehicle_id} has got another command meanwhile")
+                raise CommandRefusedError(f"vehicle {self.vehicle_id} received another command meanwhile")
             if self._clock.now_s() >= deadline_s:
                 raise CommandTimeoutError(f"vehicle {self.vehicle_id} did not get there in time")
             await self._clock.sleep(LATENCY_S)

@@ -60,7 +60,7 @@ def _parse_json(text: str) -> dict[str, FileStamp]:
         entries = json.loads(text)
         return dict(_parse_entry(entry) for entry in entries)
     except (ValueError, TypeError, KeyError, RecursionError) as error:
-        raise CaptureError(f"the listing is no JSON of names, or of objects with a name: {error}") from error
+        raise CaptureError(f"the listing is not a JSON list of names, or of objects with a name: {error}") from error
 
 
 def _parse_entry(entry: Any) -> tuple[str, FileStamp]:

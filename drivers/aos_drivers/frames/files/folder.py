@@ -52,7 +52,7 @@ class WatchedFolder:
         Raises:
             PendingImageError: it is there no more.
             TornFrameError: it changed while it was read.
-            CaptureError: it is no plain file, too large or cannot be read.
+            CaptureError: it is not a regular file, too large or cannot be read.
         """
         del deadline_s
         return await asyncio.to_thread(self._read, name)
@@ -79,7 +79,7 @@ class WatchedFolder:
             with os.fdopen(os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK), "rb") as file:
                 before = os.fstat(file.fileno())
                 if not stat.S_ISREG(before.st_mode):
-                    raise CaptureError(f"{path} is no plain file")
+                    raise CaptureError(f"{path} is not a regular file")
                 if before.st_size > self._limits.max_bytes:
                     raise CaptureError(
                         f"{path} is larger than {self._limits.max_bytes / 2**20:.0f} MiB (max_image_mib)"
@@ -88,7 +88,7 @@ class WatchedFolder:
                 if _stamp(os.fstat(file.fileno())) != _stamp(before) or len(data) != before.st_size:
                     raise TornFrameError(f"{path} is still being written")
         except FileNotFoundError as error:
-            raise PendingImageError(f"{path} is not there any more") from error
+            raise PendingImageError(f"{path} no longer exists") from error
         except OSError as error:
             raise CaptureError(f"{path} cannot be read: {error.strerror}") from error
         return data

@@ -50,7 +50,7 @@ def check_pose(
         raise FrameRefusedError("its orientation is a reflection, not a rotation")
     values = (position.latitude_deg, position.longitude_deg, position.altitude_amsl_m)
     if not all(map(math.isfinite, values)) or abs(position.latitude_deg) > 90.0:
-        raise FrameRefusedError(f"its position {values} is no place")
+        raise FrameRefusedError(f"its position {values} is not on the earth")
     offset_m = _offset_m(position, track, max_offset_m)
     if offset_m > max_offset_m:
         raise FrameRefusedError(
