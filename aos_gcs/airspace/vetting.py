@@ -76,9 +76,9 @@ class _Far:
     """Vehicles, by id, whose segments are far from what could limit them, whatever becomes of the others."""
 
     boundaries: frozenset[int]
-    """From every boundary."""
+    """Vehicles that keep clear of every boundary."""
     traffic: frozenset[int]
-    """From all other vehicles."""
+    """Vehicles that keep clear of all others."""
 
 
 def _far(moving: Sequence[WaypointRequest], boundaries: Sequence[Boundary], traffic: Traffic) -> _Far:

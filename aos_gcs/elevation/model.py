@@ -28,7 +28,7 @@ _EARTH_RADIUS_M = 6_371_000.0
 
 
 class ModelKind(StrEnum):
-    """What the heights of an elevation model are those of. No file states it."""
+    """Kind of surface whose heights an elevation model holds. No file states it."""
 
     TERRAIN = "terrain"
     """The ground, without trees and buildings (DTM)."""
@@ -40,7 +40,7 @@ SURFACE_WARNING = (
     "The elevation model is a surface model: where trees stand, its heights are those of crowns (median error 13 m "
     "under dense canopy). It shows where not to fly into, not where the ground is."
 )
-"""What those who use a surface model are told."""
+"""Warning to those who use a surface model."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""What there is to know of an elevation model before it is flown by."""
+"""Report on an elevation model, before plans rely on it."""
 
 from __future__ import annotations
 

@@ -137,7 +137,7 @@ class SurveyMission:
         return new
 
     async def add_step(self, record: StepRecord) -> None:
-        """Add a window, whose frames are recorded already: who is told of it can look at them.
+        """Add a window, whose frames are recorded already: whoever receives the event can read them.
 
         Raises:
             RecordingError: it cannot be written.

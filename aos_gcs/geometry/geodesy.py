@@ -80,7 +80,7 @@ def _ecef_m(position: GeodeticPosition) -> EnuPoint:
 
 
 _cached_ecef_m = lru_cache(maxsize=64)(_ecef_m)
-"""For origins, which are asked for again and again."""
+"""The same for origins, which are requested again and again."""
 
 
 def _geodetic(x_m: float, y_m: float, z_m: float) -> GeodeticPosition:

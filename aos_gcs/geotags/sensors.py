@@ -1,4 +1,4 @@
-"""Which of an aircraft's cameras took a photograph: aircraft with several write all their pictures into one folder."""
+"""Cameras of an aircraft that carries several, which write all their pictures into one folder."""
 
 from __future__ import annotations
 

@@ -224,7 +224,7 @@ class StepAnalysis:
     leader_id: int | None
     """argmax of ``fitness``; ties go to the view whose blob is nearest to its image centre."""
     masks: VehicleMasks | None = None
-    """Around the largest blob; None when there is none."""
+    """Masks around the largest blob; None when there is none."""
     sightings: tuple[Sighting, ...] = ()
     """All blobs, at most ``MAX_SIGHTINGS``, the largest first; those at settled places after the others."""
     skipped: Mapping[int, str] = field(default_factory=dict)

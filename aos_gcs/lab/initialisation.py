@@ -38,7 +38,7 @@ class Initialisation:
     name: str
     world_seed: int
     target_offset_m: tuple[float, float]
-    """East and north of the forest's middle; a place too near a trunk gives way to one around it."""
+    """East and north of the forest's middle; a place too near a trunk is replaced by one around it."""
     target_heading_deg: float
     scan_heading_deg: float
     """SD, the scanning direction at the start, clockwise from north."""

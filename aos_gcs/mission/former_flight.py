@@ -41,7 +41,7 @@ class FormerFlight:
 
     @property
     def links(self) -> FormerLinks:
-        """Where its vehicles in flight were proven to be, for the driver of the station that takes it up."""
+        """Proven addresses of its vehicles in flight, for the driver of the station that takes it up."""
         states = [one.telemetry for one in self.last.vehicles]
         return FormerLinks(self.recorded_utc_s, {each.vehicle_id: each.proven for each in states if each.proven})
 

@@ -55,7 +55,7 @@ class Apso:
     upper: float
     """Upper end of the search range."""
     moves: int
-    """Over how many moves the elitist perturbation shrinks."""
+    """Number of moves over which the elitist perturbation shrinks."""
     randomness: Randomness = Randomness.VECTOR
     sigma: tuple[float, float] = (1.0, 0.1)
     """Standard deviation of the perturbation at the start and at the end, as a share of the range."""

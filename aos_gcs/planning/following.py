@@ -34,7 +34,7 @@ class FollowedHeights:
     most_above_ground_m: float
     """Greatest height of the highest layer above the ground."""
     most_at: str
-    """Where that is, in words."""
+    """Place of that, in words."""
     ceiling_m: float
     """Ceiling above the ground."""
 

@@ -24,7 +24,7 @@ class ReturnClearance:
     ground_up_m: float
     """Height of the ground above the origin."""
     place: str
-    """Where it is, in words."""
+    """Place of it, in words."""
     floor_m: float
     """Smallest height above the ground."""
 

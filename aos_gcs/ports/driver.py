@@ -36,7 +36,7 @@ class Notice:
 
 @dataclass(frozen=True, slots=True)
 class FormerLinks:
-    """Where the vehicles of a flight were proven to be when its station ended."""
+    """Proven addresses of the vehicles of a flight when its station ended."""
 
     recorded_utc_s: float
     """Seconds since the Unix epoch at which this was so."""

@@ -1,4 +1,4 @@
-"""What the interface's process is told when it starts."""
+"""Arguments of the interface's process."""
 
 from __future__ import annotations
 

@@ -117,7 +117,7 @@ def score_mission(snapshot: MissionSnapshot, folder: Path, world_file: Path, rep
 
 
 class _Persons:
-    """Where the persons are, in the mission's frame."""
+    """Places of the persons, in the mission's frame."""
 
     def __init__(self, world: Mapping[str, Any], mission_origin: GeodeticPosition | None) -> None:
         self._frame = LocalFrame(GeodeticPosition(**world["origin"]))

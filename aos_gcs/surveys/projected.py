@@ -28,7 +28,7 @@ class ProjectedSystem:
     """A coordinate system of eastings and northings in metres."""
 
     name: str
-    """As it was given, such as ``EPSG:32633``."""
+    """Name as given, such as ``EPSG:32633``."""
     _to_geodetic: Any
     _from_geodetic: Any
     _area_deg: tuple[float, float, float, float] | None

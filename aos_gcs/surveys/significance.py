@@ -1,4 +1,4 @@
-"""How surely marks on the ground are more than chance, by how much the images of a survey mark the ground around them.
+"""Significance of marks on the ground, by how much the images of a survey mark the ground around them.
 
 Leaves and sunlit branches stand out of single images as much as persons do, but lie elsewhere on the ground in each of
 them. How often an image marks a place where nothing is, and how much what it marks there exceeds the base score, is

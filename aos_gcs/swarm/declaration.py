@@ -56,7 +56,7 @@ class Parameter:
     """Effect of the parameter."""
     default: float | bool | None
     is_switch: bool
-    """True or false; else a number."""
+    """Whether it is true or false; otherwise it is a number."""
     is_optional: bool
     """May be None, which switches off what it is for."""
     bounds: Bounds

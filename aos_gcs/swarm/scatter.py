@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 DURATION_S = 0.5
-"""Over which the motion is integrated [N]."""
+"""Duration over which the motion is integrated [N]."""
 
 STEP_FRACTION = 0.15
 """Step size as a share of the time in which the closest pair would fly apart. Within 1 mm of the exact motion for 10

@@ -117,7 +117,7 @@ class _Writer:
     def __init__(self) -> None:
         self.raws: list[NDArray[np.uint8]] = []
         self._places: dict[int, tuple[object, int]] = {}
-        """By identity: what is used twice is sent once."""
+        """Places by identity: what is used twice is sent once."""
 
     def write(self, value: object) -> object:  # noqa: PLR0911 - one return per type
         match value:
@@ -190,7 +190,7 @@ class _Reader:
     def __init__(self, parts: list[NDArray[np.uint8]]) -> None:
         self._parts = parts
         self._bytes: dict[int, bytes] = {}
-        """By their places: named often, they would take as much memory each time."""
+        """Bytes by their places: named often, they would take as much memory each time."""
 
     def read(self, head: object) -> Any:
         if head is None or isinstance(head, bool | int | float | str):

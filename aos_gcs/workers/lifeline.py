@@ -1,4 +1,4 @@
-"""Life of a process that another one has started: it ends with its parent, and gives way to it until then."""
+"""Life of a process that another one has started: it ends with its parent, and has a lower priority until then."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ import threading
 from pathlib import Path
 
 _NICENESS = 5
-"""The flight loop comes first."""
+"""Priority below that of the flight loop."""
 _OOM_SCORE = "500"
-"""When the machine runs out of memory, the kernel ends this process rather than the flight."""
+"""Score by which the kernel ends this process, rather than the flight, when the machine runs out of memory."""
 
 
 def end_with_parent(lifeline_fd: int) -> None:

@@ -58,7 +58,7 @@ class SeparationMonitor:
 
 
 _LAUNCH_COLUMN_M = 15.0
-"""Within this distance of their launch points vehicles climb and land."""
+"""Distance from their launch points within which vehicles climb and land."""
 
 
 class ClearanceMonitor:

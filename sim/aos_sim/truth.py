@@ -22,7 +22,7 @@ HALF_WIDTH_M = 6.0
 """Side of the square around a person for its outlines; the outline of a standing one that is seen 70 degrees
 off the nadir still fits in."""
 _ASIDE = 0.8
-"""By how much it is wider per metre of the person's height above the origin, where the focal plane lies: what is
+"""Growth of that square per metre of the person's height above the origin, where the focal plane lies: what is
 seen 39 degrees off the nadir still fits in."""
 
 

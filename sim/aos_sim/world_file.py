@@ -54,7 +54,7 @@ class World:
     in_pairs: bool = False
     walking_mps: float = 0.0
     terrain: str = FLAT
-    """As of :attr:`aos_sim.world.scene.SceneParameters.terrain`; a file with its whole path."""
+    """Terrain as in :attr:`aos_sim.world.scene.SceneParameters.terrain`; a file with its whole path."""
 
 
 def scene_parameters(fields: Mapping[str, Any]) -> SceneParameters:

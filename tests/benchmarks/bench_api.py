@@ -37,7 +37,7 @@ RATE_HZ = 5.0
 CLIENTS = 10
 SNAPSHOTS = 200
 CHANGES = 40
-"""Of one vehicle's position, timed on their way to a client."""
+"""Times of one vehicle's position, timed on their way to a client."""
 PATIENCE_S = 3.0
 CONFIGURATION = """
 [link]

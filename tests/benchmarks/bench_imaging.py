@@ -71,7 +71,7 @@ class Cost:
 
     wall_ms: float
     cpu_ms: float
-    """Of all threads; the better measure on a machine that has other work to do."""
+    """Processor time of all threads; the better measure on a machine that has other work to do."""
 
 
 def measure(*works: Callable[[], object], rounds: int = ROUNDS) -> list[Cost]:

@@ -22,7 +22,7 @@ from aos_gcs.geometry.poses import nadir_pose
 FRAMES = (200, 2000)
 SIZE_PX = 640
 LENGTH_M, WIDTH_M = 80.0, 20.0
-"""Of the area flown over, whatever the number of frames: maps are alike."""
+"""Sides of the area flown over, whatever the number of frames: maps are alike."""
 
 RUN = """
 import resource, sys

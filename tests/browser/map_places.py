@@ -20,7 +20,7 @@ from tests.timing import scaled_s
 DRAWING_TIMEOUT_S = scaled_s(30.0)
 _FRAME = LocalFrame(ORIGIN)
 _INSET = 0.2
-"""Of the map's width and height, from its rim to where the mouse asks."""
+"""Share of the map's width and height between its rim and the mouse."""
 
 
 def place(east_m: float, north_m: float) -> GeodeticPosition:

@@ -20,7 +20,7 @@ SPEED = 5.0
 """Simulated seconds per second: slow enough for the operator to act in flight on a machine that is busy."""
 START_TIMEOUT_S = scaled_s(60.0)
 FLIGHT_MS = 1000 * scaled_s(90.0)
-"""For what vehicles take their time for, on a machine that is busy with other things."""
+"""Limit for flights, on a machine that is busy with other things."""
 _PATIENT = ("--param", "FS_GCS_TIMEOUT=60", "--param", "DISARM_DELAY=120")
 """The autopilots' own clocks run as fast as the mission's, our heartbeats do not."""
 STARTED = re.compile("Arming|Taking off|Forming line|Scanning|Converging|Found")

@@ -23,7 +23,7 @@ pytestmark = [pytest.mark.asyncio(loop_scope="session"), pytest.mark.usefixtures
 WORLD = ("--no-render", "--trees-per-ha", "0", "--image-size", "64")
 """There is nothing to be found: the swarm scans until something goes wrong."""
 BESIDE = ("--origin", "48.3,14.3002,260")
-"""Of a second simulator, whose vehicles must not stand where those of the first one do."""
+"""Origin of a second simulator, whose vehicles must not stand where those of the first one do."""
 LONG_AREA_ENU_M = ((-25.0, 8.0), (25.0, 8.0), (25.0, 408.0), (-25.0, 408.0))
 """The scan does not come to its end, however long a busy machine takes to show the page."""
 NO_GO_ENU_M = ((-12.5, 30.0), (12.5, 30.0), (12.5, 70.0), (-12.5, 70.0))

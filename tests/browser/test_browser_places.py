@@ -29,14 +29,14 @@ pytestmark = [pytest.mark.asyncio(loop_scope="session"), pytest.mark.slow]
 
 STEPS = 12
 ELLIPSE = ErrorEllipse(semi_major_m=44.0, semi_minor_m=30.0, heading_rad=math.radians(60.0))
-"""So large that its label lies inside."""
+"""Size at which its label lies inside."""
 FOOTPRINT_ENU_M = ((-40.0, 60.0), (-5.0, 75.0), (25.0, 20.0), (-30.0, 5.0))
 COVERED_SHARE = 0.48
-"""Of a scripted picture's width: the radius of what it covers."""
+"""Radius of what a scripted picture covers, as a share of its width."""
 TOLERANCE_PX = 2.0
 """A line's width, and a pixel of the picture."""
 LEAST_CHANGE = 6
-"""Of a colour's parts, out of 255."""
+"""Difference of a colour's parts, out of 255."""
 
 
 class StillMission(ScriptedMission):

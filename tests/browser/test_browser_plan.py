@@ -24,7 +24,7 @@ from tests.fakes.mission import ORIGIN, ScriptedMission
 pytestmark = pytest.mark.asyncio(loop_scope="session")
 
 CORNERS_PX = ((-60, -60), (60, -60), (60, 40), (-60, 40))
-"""From the middle of the map; y is down."""
+"""Corners relative to the middle of the map; y is down."""
 
 
 async def on_map(page: Page, from_middle_px: tuple[int, int]) -> tuple[float, float]:

@@ -18,7 +18,7 @@ Address = tuple[str, int]
 HOST = "127.0.0.1"
 GCS: Address = (HOST, 14550)
 FIRST_PORT = 40_000
-"""Of the first vehicle; each following one has the next."""
+"""Port of the first vehicle; each following one has the next."""
 
 
 @dataclass

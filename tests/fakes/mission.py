@@ -59,7 +59,7 @@ class ScriptedMission:
         self._clock = clock
         self._notices = 0
         self.operators: list[str] = []
-        """Who has asked for the action at the same index."""
+        """Operator who requested the action at the same index."""
         self.phase = Phase.READY
         self.suspension = Suspension.NONE
         self.focus = FocusSnapshot(0.0, FocusSource.CONFIGURED, None)

@@ -23,7 +23,7 @@ CAMERA = CameraModel.from_fov(128, 128, math.radians(50.0))
 CAMERAS_EAST_M = (-6.0, -2.0, 2.0, 6.0)
 FLYING_HEIGHT_M = 35.0
 SPOT_HEIGHT_M = 5.0
-"""Of a warm spot right above the origin of the frame, which is sharp on this plane only."""
+"""Height of a warm spot right above the origin of the frame, which is sharp on this plane only."""
 
 
 async def record_viewed_step(root: Path) -> Path:

@@ -133,7 +133,7 @@ async def test_returns_and_landings_below_the_floor_are_none(tmp_path: Path) -> 
 
 
 RISE = 0.05
-"""Of the ground, metres per metre to the north."""
+"""Slope of the ground, metres per metre to the north."""
 RETURNING = PreflightSettings(upload_fence=True, set_return_height=True)
 """Vehicles return above the ground."""
 

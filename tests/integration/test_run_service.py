@@ -120,7 +120,7 @@ async def test_a_simulated_swarm_is_led_like_any_other(tmp_path: Path, free_port
 # --- killed and frozen ----------------------------------------------------------------------------------------------
 
 SLOW_SPEED = 5.0
-"""Of vehicles whose failsafe must not act on a busy machine's delays alone."""
+"""Speed at which no failsafe acts on a busy machine's delays alone."""
 FAILSAFE_S = 10.0
 
 

@@ -16,7 +16,9 @@ FOR_ALL = {"aos_gcs.errors", "aos_gcs.extras", "aos_gcs.input_values"}
 
 MAX_LINES = 399
 
-BAD_BEGINNING = re.compile(r"(Of|That|Whose|Who|(At|By|In|To|From|Of|On|With|For) (which|whom))\b(?! the same)")
+BAD_BEGINNING = re.compile(
+    r"(Of|That|Whose|Who|How|Where|When|Which|As|At|By|In|To|From|On|With|Within|For|About|Above|Below|Over|Around)\b"
+)
 
 
 def source_files() -> Iterator[tuple[str, Path]]:

@@ -41,7 +41,7 @@ N = 6
 STEADY = PoseSigmas(0.0, 0.0, 0.0, 0.0)
 BUDGET = ErrorBudget()
 LEVEL = PoseSigmas(0.5, 0.75, math.radians(3.0), math.radians(0.01))
-"""Of vehicles whose gimbals hold the horizon."""
+"""Errors of vehicles whose gimbals hold the horizon."""
 HARDLY = PoseSigmas(0.01, 0.01, math.radians(0.05), math.radians(0.05))
 
 

@@ -1,4 +1,4 @@
-"""Who has taken note of which notice."""
+"""Acknowledgements of notices, and who made them."""
 
 from __future__ import annotations
 

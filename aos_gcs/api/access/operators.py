@@ -89,7 +89,7 @@ class Access:
         self._file = file
         known = {} if file is None or operator_code is None else file.sessions(operator_code)
         self._sessions = {token_digest: Session(Role.OPERATOR, name) for token_digest, name in known.items()}
-        """By the digests of their tokens, which are kept nowhere."""
+        """Sessions by the digests of their tokens, which are kept nowhere."""
         noted = () if file is None or operator_code is None else file.addresses(operator_code)
         self._addresses = {group_of(address): address for address in noted}
         """Addresses of operators by the group that counts as one, the latest last."""

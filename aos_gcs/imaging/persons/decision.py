@@ -31,7 +31,7 @@ ENOUGH = 3
 MIN_RELATIVE_CONTRAST = 5.0
 """Median contrast of a spot without temperatures that counts as a find, in standard deviations of its surroundings."""
 MIN_CONCENTRATION = 4.0
-"""How many times as dense as around it pixels stand out at such a spot."""
+"""Density of pixels that stand out at such a spot, as a multiple of that around it."""
 _SUREST_LOG_ODDS = 5.0
 """Log-odds above which, on either side, one of several looks counts no more: none outweighs all the others."""
 _FUR_SPREAD_K = 2.5

@@ -35,7 +35,7 @@ class Evidence:
     radiometric: bool = True
     """Whether the frames tell temperatures; without them contrasts are in standard deviations of the surroundings."""
     concentration: float = 0.0
-    """How many times as dense pixels that stand out lie at the place as around it; without temperatures only."""
+    """Density of pixels that stand out at the place, as a multiple of that around it; without temperatures only."""
 
 
 NO_TEMPERATURES = Evidence(0, 0, 0.0, 0.0, 0.0, 0.0, radiometric=False)

@@ -55,7 +55,7 @@ class TargetEstimate:
     reasons: tuple[str, ...] = ()
     """What the probability rests on, in words."""
     significance: float | None = None
-    """How surely a survey's pictures show more than chance: -log10 of its probability. None in missions."""
+    """Significance in a survey's pictures: -log10 of the probability of chance. None in missions."""
 
 
 class FindingStatus(StrEnum):

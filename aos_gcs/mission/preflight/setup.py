@@ -38,7 +38,7 @@ class ReturnBounds:
     least_m: float | None = None
     """Smallest height that clears the ground; None where the ground counts as level."""
     place: str = ""
-    """Where the ground is that decides the smallest height."""
+    """Place of the ground that decides the smallest height."""
 
 
 def check_setup(state: VehicleState, inspection: Inspection, bounds: ReturnBounds) -> list[PreflightCheck]:

@@ -1,4 +1,4 @@
-"""When two targets, or two findings, are one body."""
+"""Rules by which two targets, or two findings, count as one body."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ class _Pool:
 
     verdicts: tuple[Verdict, ...]
     position_enu_m: NDArray[np.float64]
-    """Where it was by the latest one, shape (2,)."""
+    """Place by the latest one, shape (2,)."""
     warm_enu_m: tuple[NDArray[np.float64], ...]
     """Latest places of something warm, each of shape (2,)."""
 

@@ -66,7 +66,7 @@ def calibrate(
         survey: recording; all of its images must have one camera.
         position_sigma_m: standard deviation of the recorded positions from one to the next, where they do not tell.
         attitude_sigma_rad: the same of the attitudes.
-        advance: is told of images that have been searched for features.
+        advance: called with the number of images that have been searched for features.
 
     Raises:
         InputDataError: if the images have too little in common.

@@ -19,7 +19,7 @@ from aos_gcs.errors import LinkError
 from aos_gcs.ports import Clock
 
 _RECEIVE_BUFFER_BYTES = 1024 * 1024
-"""About a second of a hundred vehicles: a station that cannot keep up loses packets, and shows no old ones."""
+"""Bytes of a hundred vehicles in about a second: a station that cannot keep up loses packets, and shows no old ones."""
 _SEND_BUFFER_BYTES = 256 * 1024
 _PAUSE_S = 0.005
 """Time between two looks at a socket, when datagrams come closer together than this."""

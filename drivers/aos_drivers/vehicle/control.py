@@ -27,8 +27,8 @@ _FORMER_S = 10.0
 _FORMER_TARGETS = 4
 """Number of targets before the newest one that are remembered."""
 _ENDS_BELOW_M = 3.0
-"""How far below its top a take-off may seem to end: PX4 ends it 0.8 m below (NAV_MC_ALT_RAD), by a height that its
-reports have been seen to miss by 2 m."""
+"""Largest distance below its top at which a take-off may seem to end: PX4 ends it 0.8 m below (NAV_MC_ALT_RAD), by a
+height that its reports have been seen to miss by 2 m."""
 _ENDS_BELOW_SHARE = 0.3
 """The same, as a share of a low take-off's height."""
 _SILENT_BEATS = 6

@@ -1,4 +1,4 @@
-"""From exposures to images that can be fetched: renderer, worker threads, and image server or folder."""
+"""Path from exposures to images that can be fetched: renderer, worker threads, and image server or folder."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from aos_sim.errors.sizes import FloatArray
 
 
 class Hover:
-    """Where n hovering vehicles are. Positions and headings err by the same amount for as long as the scene lasts.
+    """Poses of n hovering vehicles. Positions and headings err by the same amount for as long as the scene lasts.
 
     Args:
         model: errors of the vehicles; its wind moves them.

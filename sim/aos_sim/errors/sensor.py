@@ -1,4 +1,4 @@
-"""From what a scene looks like to what a camera delivers of it."""
+"""Errors of a sensor: from what a scene looks like to what a camera delivers of it."""
 
 from __future__ import annotations
 

@@ -23,9 +23,9 @@ class StudyConditions:
     skin_covered: bool = False
     """Whether every person wears a hood, gloves and a cloth over the face."""
     persons_cooler_k: float = 0.0
-    """By how much clothes and skin are cooler, while all else keeps its temperature."""
+    """Cooling of clothes and skin, while all else keeps its temperature."""
     distractors_warmer_k: float = 0.0
-    """By how much animals, stones and stumps are warmer."""
+    """Warming of animals, stones and stumps."""
     blur: float = 1.0
     """Factor of the standard deviation of both cameras' point spread functions."""
 

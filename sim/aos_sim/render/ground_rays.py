@@ -14,7 +14,7 @@ HORIZON = -1e-3
 
 
 class GroundRays:
-    """Where rays meet the ground; immutable, as the caster is.
+    """Intersections of rays with the ground; immutable, as the caster is.
 
     Args:
         relief: shape of the ground; None: the plane z = 0, which needs no tracing.

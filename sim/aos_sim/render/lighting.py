@@ -37,7 +37,7 @@ _CANOPY_TOP_M = 18.0
 _SURFACE_OFFSET_M = 0.01
 _SHADOW_CELL_M = 0.1
 _DOWNHILL = 2.0
-"""By how much shadows may be longer where the ground falls away from the sun."""
+"""Factor by which shadows may be longer where the ground falls away from the sun."""
 
 
 def shade_mesh(mesh: Mesh, occluders: RayCaster, climate: Climate) -> FloatArray:

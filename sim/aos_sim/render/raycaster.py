@@ -53,7 +53,7 @@ class RayCaster:
     def first_hit_with_distance(
         self, origin_m: NDArray[np.floating], directions: FloatArray
     ) -> tuple[NDArray[np.int32], FloatArray]:
-        """As :meth:`first_hit`, and the distance in lengths of the direction; infinite without a hit."""
+        """Return what :meth:`first_hit` does, and the distance in lengths of the direction; infinite without a hit."""
         if self._scene is None:
             return self.first_hit(origin_m, directions), np.full(len(directions), np.inf, dtype=np.float32)
         hit = self._scene.run(_origins(origin_m, directions), directions, output=True)

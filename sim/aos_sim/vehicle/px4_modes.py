@@ -34,7 +34,7 @@ OFFBOARD_LOSS_MODES = {
     4: Px4Mode.LAND,
     5: Px4Mode.HOLD,
 }
-"""By COM_OBL_RC_ACT."""
+"""Modes by the value of COM_OBL_RC_ACT."""
 
 
 def mode_name(custom_mode: int) -> str:

@@ -38,11 +38,11 @@ class Climate:
     """Light of the sky; with the sun's it makes the albedo of a surface its colour."""
     sun: float
     sun_warming_k: float
-    """By how much leaves, bark and ground are warmer in the sun."""
+    """Warming of leaves, bark and ground in the sun."""
     ambient_k: float
-    """By how much air, leaves and ground are warmer than on the cool morning."""
+    """Temperature of air, leaves and ground above that of the cool morning."""
     storage: float
-    """How far stones and stumps are above the ground, relative to the cool morning."""
+    """Excess of stones and stumps over the ground, relative to the cool morning."""
 
     def temperatures(
         self, celsius: NDArray[np.floating], material: NDArray[np.uint8], sunlit: NDArray[np.bool_]

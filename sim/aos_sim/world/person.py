@@ -20,7 +20,7 @@ _HAIR_RGB = (60.0, 45.0, 35.0)
 _HOOD_M = 0.012
 """Thickness of a hood, in statures."""
 _BLANKET_K = 9.0
-"""By how much the outside of a blanket is cooler than that of clothes."""
+"""Difference by which the outside of a blanket is cooler than that of clothes."""
 _BLANKET_SHADE = 0.7
 _SIDES = 10
 _SKY_SHARE = 0.5
@@ -33,7 +33,7 @@ class Posture(StrEnum):
     SITTING = "sitting"
     LYING = "lying"
     WALKING = "walking"
-    """In mid-stride."""
+    """Posture in mid-stride."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

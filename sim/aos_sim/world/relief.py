@@ -17,7 +17,7 @@ from aos_sim.world.mesh import FloatArray
 Float = TypeVar("Float", bound=np.floating[Any])
 
 _FAR_M = 10_000.0
-"""How far beyond its edge the ground reaches: farther than cameras see."""
+"""Distance that the ground reaches beyond its edge: farther than cameras see."""
 _HALVINGS = 24
 """Halvings of the part of a ray that can meet the ground: a kilometre becomes less than a millimetre."""
 
@@ -27,7 +27,7 @@ class Relief:
     """Heights at the corners of square cells. The diagonal of a cell runs from its south-east to its north-west."""
 
     heights_m: NDArray[np.float64]
-    """Above the origin, shape (rows, columns), two of each at least; row 0 is the southern edge."""
+    """Heights above the origin, shape (rows, columns), two of each at least; row 0 is the southern edge."""
     west_m: float
     """East coordinate of column 0."""
     south_m: float

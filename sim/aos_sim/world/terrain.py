@@ -1,4 +1,4 @@
-"""Which ground a scene stands on, by the option ``--terrain``: level, hills, a slope, or that of a file."""
+"""Ground that a scene stands on, by the option ``--terrain``: level, hills, a slope, or that of a file."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ MAX_SLOPE_PERCENT = 50.0
 
 CELL_M = 2.0
 SURROUNDINGS_M = 200.0
-"""How far the ground of a scene is shaped around its box, and ..."""
+"""Distance around the box of a scene to which its ground is shaped."""
 FILE_SURROUNDINGS_M = 100.0
-"""... how far a file must reach."""
+"""Distance around the box of a scene that a file must cover."""
 
 HILLS_RELIEF_M = 80.0
 """Difference between the highest and the lowest place of the hills."""
