@@ -1,4 +1,4 @@
-"""How far simulated vehicles stand and fly apart, by how well they know where they are.
+"""Distances at which simulated vehicles stand and fly, by how well they know their positions.
 
 Preflight refuses layers and launch points that vehicles could miss by their errors: a study chooses them as a team in
 the field would.
