@@ -8,7 +8,7 @@ from typing import Final
 
 from aos_gcs.imaging.aperture import AperturePlan, plan_aperture
 from aos_gcs.planning.aperture import SATURATION
-from aos_gcs.planning.estimate import flight_path_m, planned_leg_count, planned_legs
+from aos_gcs.planning.estimate import estimate_flight, planned_leg_count, planned_legs
 from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.swarm.registry import make_strategy
 
@@ -16,7 +16,7 @@ MIN_LAYERS_WITHOUT_RTK_M: Final = 3.0
 """Barometers and GPS heights of two vehicles differ by more than a metre."""
 _HEADINGS: Final = tuple(math.radians(heading_deg) for heading_deg in range(0, 180, 5))
 _WORTH_TURNING: Final = 0.95
-"""Share of the present path length below which another heading is proposed."""
+"""Share of the present duration of the flight below which another heading is proposed."""
 _SPACING_TOLERANCE: Final = 0.05
 
 
@@ -73,13 +73,15 @@ def _heading(plan: MissionPlan, plane_height_m: float) -> Proposal | None:
     legs_of = {heading_rad: planned_legs(plan, plane_height_m, heading_rad) for heading_rad in headings}
     if not legs_of:
         return None
-    best_rad = min(legs_of, key=lambda heading_rad: flight_path_m(plan, legs_of[heading_rad]))
-    best_m, present_m = flight_path_m(plan, legs_of[best_rad]), flight_path_m(plan, present)
-    if best_m > _WORTH_TURNING * present_m:
+    duration_s = {heading_rad: estimate_flight(plan, legs).duration_s for heading_rad, legs in legs_of.items()}
+    best_rad = min(duration_s, key=duration_s.__getitem__)
+    best_s, present_s = duration_s[best_rad], estimate_flight(plan, present).duration_s
+    if best_s > _WORTH_TURNING * present_s:
         return None
+    count = len(legs_of[best_rad])
     reason = (
-        f"Heading {math.degrees(best_rad):.0f}°: {len(legs_of[best_rad])} legs and a path of {best_m:.0f} m, against "
-        f"{len(present)} and {present_m:.0f} m."
+        f"Heading {math.degrees(best_rad):.0f}°: {count} {'leg' if count == 1 else 'legs'} and a flight of "
+        f"{best_s / 60.0:.1f} min, against {len(present)} and {present_s / 60.0:.1f} min."
     )
     return Proposal("scan_heading_rad", best_rad, reason)
 

@@ -31,6 +31,17 @@ SINK_MPS = 1.0
 
 
 @dataclass(frozen=True, slots=True)
+class FlightEstimate:
+    """Figures of a flight along some legs to their ends."""
+
+    path_m: float
+    """Length of the path of the swarm's middle, from the launch site and back."""
+    scan_s: float
+    duration_s: float
+    """Time from the first take-off to the last landing."""
+
+
+@dataclass(frozen=True, slots=True)
 class PlanEstimate:
     """Figures of a plan in which nothing is found."""
 
@@ -63,27 +74,20 @@ def estimate_plan(plan: MissionPlan, plane_height_m: float) -> PlanEstimate:
     """
     raster = PlanRaster.around(plan.area_enu_m)
     inside, barred = raster.inside([plan.area_enu_m]), raster.inside(plan.no_go_enu_m)
-    start_enu_m = launch_place(plan)
     legs = planned_legs(plan, plane_height_m)
     swath_m = _swath_m(plan, plane_height_m)
     swept = raster.inside([_swept(leg, swath_m) for leg in legs])
-    landing_enu_m = start_enu_m if plan.return_enu_m is None else plan.return_enu_m
-    transfers_m = _transfers_m(legs, start_enu_m, landing_enu_m)
-    scanned_m = sum(leg.length_m for leg in legs)
-    scan_s = scanned_m / scan_step_m(plan) * _step_s(plan)
-    transfer_s = sum(move_s(length_m, plan.cruise_speed_mps) for length_m in transfers_m)
-    highest_m = plan.lowest_layer_m + (plan.vehicles - 1) * plan.layer_spacing_m
-    flight_s = scan_s + transfer_s + highest_m / CLIMB_MPS + highest_m / SINK_MPS
+    flight = estimate_flight(plan, legs)
     return PlanEstimate(
         legs=legs,
         swath_m=swath_m,
         area_m2=raster.area_m2(inside),
         free_area_m2=raster.area_m2(inside & ~barred),
         covered_fraction=raster.area_m2(inside & swept & ~barred) / raster.area_m2(inside),
-        path_m=scanned_m + sum(transfers_m),
-        scan_s=scan_s,
-        flight_s=flight_s,
-        battery_fraction=flight_s / plan.endurance_s,
+        path_m=flight.path_m,
+        scan_s=flight.scan_s,
+        flight_s=flight.duration_s,
+        battery_fraction=flight.duration_s / plan.endurance_s,
     )
 
 
@@ -105,10 +109,17 @@ def planned_leg_count(plan: MissionPlan, plane_height_m: float, heading_rad: flo
     return leg_count(plan.area_enu_m, direction_enu, _swath_m(plan, plane_height_m))
 
 
-def flight_path_m(plan: MissionPlan, legs: Sequence[ScanLeg]) -> float:
-    """Return the length of the path along some legs, from the launch site and back."""
-    place_enu_m = launch_place(plan)
-    return sum(leg.length_m for leg in legs) + sum(_transfers_m(legs, place_enu_m, place_enu_m))
+def estimate_flight(plan: MissionPlan, legs: Sequence[ScanLeg]) -> FlightEstimate:
+    """Estimate a flight along the legs of a plan, or along those of another heading."""
+    start_enu_m = launch_place(plan)
+    landing_enu_m = start_enu_m if plan.return_enu_m is None else plan.return_enu_m
+    transfers_m = _transfers_m(legs, start_enu_m, landing_enu_m)
+    scanned_m = sum(leg.length_m for leg in legs)
+    scan_s = scanned_m / scan_step_m(plan) * _step_s(plan)
+    transfer_s = sum(move_s(length_m, plan.cruise_speed_mps) for length_m in transfers_m)
+    highest_m = plan.lowest_layer_m + (plan.vehicles - 1) * plan.layer_spacing_m
+    duration_s = scan_s + transfer_s + highest_m / CLIMB_MPS + highest_m / SINK_MPS
+    return FlightEstimate(scanned_m + sum(transfers_m), scan_s, duration_s)
 
 
 def launch_place(plan: MissionPlan) -> tuple[float, float]:

@@ -85,7 +85,7 @@ async def test_strategies_come_with_what_can_be_chosen_about_them(client: httpx.
 
 
 async def test_the_engine_proposes_in_the_units_of_the_request(client: httpx.AsyncClient) -> None:
-    report = await check(client, area=rectangle(0, 0, 0.3, 4.0), layer_spacing_m=2.0)
+    report = await check(client, area=rectangle(0, 0, 0.45, 4.0), layer_spacing_m=2.0)
     proposals = {proposal.field: proposal.value for proposal in report.proposals}
     assert proposals["scan_heading_deg"] == pytest.approx(90.0, abs=10.0)
     assert proposals["layer_spacing_m"] == 3.0

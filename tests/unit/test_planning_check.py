@@ -196,11 +196,28 @@ def test_a_raster_knows_the_area_of_a_turned_rectangle(width: float, height: flo
 
 
 def test_a_long_area_is_better_searched_along() -> None:
-    long = ((-150.0, 0.0), (150.0, 0.0), (150.0, 40.0), (-150.0, 40.0))
+    long = ((-150.0, 0.0), (150.0, 0.0), (150.0, 45.0), (-150.0, 45.0))
     (proposal,) = propose(replace(PLAN, area_enu_m=long), 0.0)
     assert proposal.field == "scan_heading_rad"
     assert math.degrees(proposal.value) == pytest.approx(90.0, abs=10.0)
-    assert "1 legs" in proposal.reason
+    assert "1 leg and" in proposal.reason
+
+
+@pytest.mark.parametrize("area_enu_m", [SQUARE, circle(40.0, 5), ((0.0, 0.0), (160.0, 20.0), (30.0, 90.0))])
+@pytest.mark.parametrize("return_enu_m", [None, (120.0, 40.0)])
+def test_another_heading_is_proposed_only_where_the_estimate_says_that_it_is_faster(
+    area_enu_m: tuple[tuple[float, float], ...], return_enu_m: tuple[float, float] | None
+) -> None:
+    # Legs are flown at a tenth of the speed of transfers: a shorter path may take longer.
+    for heading_deg in (0.0, 35.0, 90.0, 140.0):
+        plan = replace(
+            PLAN, area_enu_m=area_enu_m, return_enu_m=return_enu_m, scan_heading_rad=math.radians(heading_deg)
+        )
+        present_s = estimate_plan(plan, 0.0).flight_s
+        for proposal in propose(plan, 0.0):
+            turned = replace(plan, scan_heading_rad=proposal.value)
+            assert estimate_plan(turned, 0.0).flight_s < present_s
+            assert propose(turned, 0.0) == ()
 
 
 def test_a_forest_asks_for_spacing_and_number() -> None:
