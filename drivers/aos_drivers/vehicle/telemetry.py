@@ -133,14 +133,15 @@ class Telemetry:
         position: GeodeticPosition | None,
         now_s: float,
         velocity_enu_mps: tuple[float, float, float] | None = None,
+        boot_ms: int | None = None,
     ) -> bool:
         """Take in a reported position, and return whether it counts; one that is only repeated keeps its age."""
         if position is not None and not self._jumps.admits(position, now_s, self.position, self.position_at_s):
             return False
         if position is not None and (self.has_position or self.position is None):
-            if not self._frozen.is_repeated(
-                position, now_s, velocity_enu_mps or self.velocity_enu_mps, self.pressure_hpa
-            ):
+            velocity_enu_mps = velocity_enu_mps or self.velocity_enu_mps
+            is_copy = boot_ms is not None and self._frozen.is_copy(position, boot_ms, now_s)
+            if not self._frozen.is_repeated(position, now_s, velocity_enu_mps, self.pressure_hpa) and not is_copy:
                 self.position_at_s = now_s
             self.position = position
         return True
@@ -192,7 +193,7 @@ def _take_global_position(
         return  # overtaken by a newer one
     velocity_enu_mps = message.vy / 100, message.vx / 100, -message.vz / 100
     position = position_from_e7(message.lat, message.lon, message.alt / 1000)
-    if not telemetry.take_position(position, now_s, velocity_enu_mps):
+    if not telemetry.take_position(position, now_s, velocity_enu_mps, message.time_boot_ms):
         return
     telemetry.position_boot_ms = message.time_boot_ms
     if message.hdg != _UNKNOWN_UINT16:
