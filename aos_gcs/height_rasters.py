@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.errors import InputDataError
+from aos_gcs.input_values import require_file
 
 _METRES = frozenset({"", "m", "metre", "meter", "metres", "meters"})
 _COLOURS = frozenset({"palette", "red", "green", "blue", "alpha", "cyan", "magenta", "yellow", "black"})
@@ -31,10 +32,7 @@ def check_file(path: Path, name: str) -> None:
         str(path).encode()
     except UnicodeEncodeError:
         raise InputDataError(f"{name!a} cannot be read: its name is not UTF-8. Rename it.") from None
-    if not path.is_file():
-        raise InputDataError(
-            f"{name} cannot be read: it is not a file." if path.exists() else f"{name} does not exist; check the path."
-        )
+    require_file(path, name)
 
 
 def check_heights(dataset: Any, path: Path, name: str) -> None:

@@ -1,9 +1,12 @@
-"""Numbers and texts that others have written: in files, or as the names of files."""
+"""Numbers and texts that others have written, in files or as their names, and the files that they name."""
 
 from __future__ import annotations
 
 import math
 import unicodedata
+from pathlib import Path
+
+from aos_gcs.errors import InputDataError
 
 _MAX_SHOWN = 100
 
@@ -40,3 +43,29 @@ def printable(text: str, keep: str = "") -> str:
     return "".join(
         one if one in keep or not unicodedata.category(one).startswith("C") else ascii(one)[1:-1] for one in text
     )
+
+
+def require_file(path: Path, name: str) -> None:
+    """Refuse what is not there, and what would be waited for, such as a pipe.
+
+    Raises:
+        InputDataError: the path names no file; the text begins with ``name``.
+    """
+    if not path.is_file():
+        raise InputDataError(
+            f"{name} cannot be read: it is not a file." if path.exists() else f"{name} does not exist; check the path."
+        )
+
+
+def require_folder(path: Path, name: str) -> None:
+    """Refuse what is not there, and files.
+
+    Raises:
+        InputDataError: the path names no folder; the text begins with ``name``.
+    """
+    if not path.is_dir():
+        raise InputDataError(
+            f"{name} is a file; name the folder that holds the images."
+            if path.exists()
+            else f"{name} does not exist; check the path."
+        )

@@ -14,9 +14,9 @@ import typer
 
 from aos_gcs.cli import autofocus_options, result_options, surface_options, survey_options
 from aos_gcs.cli.run import CODE_FILE_HELP, run_until_terminated
-from aos_gcs.errors import ConfigurationError, InputDataError
+from aos_gcs.errors import ConfigurationError
 from aos_gcs.imaging.model import Detector
-from aos_gcs.input_values import printable
+from aos_gcs.input_values import printable, require_folder
 from aos_gcs.surveys.images import SUFFIXES
 from aos_gcs.surveys.significance import DEFAULT_FALSE_ALARMS_PER_HA
 
@@ -115,8 +115,7 @@ def survey(
         system=system,
         detection=detection,
     )
-    if not folder.is_dir():
-        raise InputDataError(f"The image folder {folder} does not exist; check the path.")
+    require_folder(folder, f"The image folder {folder}")
     if is_survey(folder):
         results = SurveyFolder(folder, None, None)
     else:

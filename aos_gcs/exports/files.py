@@ -94,7 +94,9 @@ def replaced_whole(path: Path) -> Iterator[Path]:
             temporary.unlink(missing_ok=True)
             raise
     except OSError as error:
-        raise ConfigurationError(f"Cannot write {path}: {error.strerror or error}.") from error
+        # NumPy reports a write that ended early without the system's reason.
+        reason = error.strerror or f"the disk may be full ({error})"
+        raise ConfigurationError(f"Cannot write {path}: {reason}.") from error
 
 
 def _umask() -> int:

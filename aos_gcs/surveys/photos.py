@@ -18,6 +18,7 @@ from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.geotags.photo import Geotag, read_geotag
 from aos_gcs.geotags.sensors import Sensor
+from aos_gcs.input_values import require_folder
 from aos_gcs.surveys.apart import far_apart
 from aos_gcs.surveys.flir import Scene, read_radiometric
 from aos_gcs.surveys.images import THERMAL, bands_of, check_image, read_image
@@ -69,8 +70,7 @@ def read_photos(
             the reason.
         ConfigurationError: if pillow or defusedxml is not installed.
     """
-    if not folder.is_dir():
-        raise InputDataError(f"The image folder {folder} does not exist; check the path.")
+    require_folder(folder, f"The image folder {folder}")
     paths = _photographs_in(folder)
     if not paths:
         raise InputDataError(

@@ -19,7 +19,7 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.distortion import LensDistortion, LensModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.geometry.poses import Pose
-from aos_gcs.input_values import finite_number, shown
+from aos_gcs.input_values import finite_number, require_folder, shown
 from aos_gcs.surveys.apart import far_apart
 from aos_gcs.surveys.conventions import PoseConvention
 from aos_gcs.surveys.images import SUFFIXES, bands_of, check_image, read_image
@@ -80,8 +80,7 @@ def read_poses(
     Raises:
         InputDataError: naming the file, the entry, and what is wrong with it.
     """
-    if not image_folder.is_dir():
-        raise InputDataError(f"The image folder {image_folder} does not exist; check the path.")
+    require_folder(image_folder, f"The image folder {image_folder}")
     document = _document(poses_file)
     entries = document.get("images")
     if not isinstance(entries, list) or not entries:

@@ -85,6 +85,16 @@ def test_a_failure_leaves_the_old_file_and_nothing_else(tmp_path: Path) -> None:
     assert len(list(tmp_path.iterdir())) == 1
 
 
+def test_a_full_disk_is_named_where_the_system_gives_no_reason(tmp_path: Path) -> None:
+    def fill_up() -> None:
+        with written_whole(tmp_path / "result.npy"):
+            raise OSError("262144 requested and 76768 written")  # as NumPy words it
+
+    with pytest.raises(ConfigurationError, match=r"Cannot write .*result\.npy: the disk may be full"):
+        fill_up()
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_paths_that_cannot_be_written_are_refused_by_name(tmp_path: Path) -> None:
     with pytest.raises(ConfigurationError, match="is a folder"):
         check_writable(tmp_path)

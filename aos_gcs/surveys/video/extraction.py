@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.extras import load_extra
 from aos_gcs.geometry.poses import Pose
+from aos_gcs.input_values import require_file
 from aos_gcs.surveys.images import MAX_PIXELS
 from aos_gcs.surveys.poses_file import poses_document
 from aos_gcs.surveys.video.subtitles import Sample, read_subtitle_file, samples_of
@@ -66,8 +67,7 @@ def read_telemetry(video: Path, subtitles: Path | None = None) -> list[Sample]:
         InputDataError: if there is none, or it cannot be read.
         ConfigurationError: if PyAV is not installed.
     """
-    if not video.is_file():
-        raise InputDataError(f"The video {video} does not exist; check the path.")
+    require_file(video, f"The video {video}")
     if subtitles is None:
         beside = (video.with_suffix(suffix) for suffix in (".SRT", ".srt", ".Srt"))
         subtitles = next((path for path in beside if path.is_file()), None)
