@@ -48,6 +48,13 @@ class Air:
         for _ in range(round(seconds * 10)):
             self.swarm._tick()
 
+    def advance_until_landed(self, limit_s: float) -> None:
+        """Let time pass until all stand on the ground."""
+        for _ in range(round(limit_s)):
+            if self.swarm.report().landed == len(self.swarm.vehicles):
+                return
+            self.advance(1.0)
+
     def take_off(self, height_m: float) -> None:
         for index, vehicle in enumerate(self.swarm.vehicles):
             kinematics, flight = self.swarm.kinematics(index + 1), vehicle.autopilot.flight
@@ -78,7 +85,7 @@ def test_a_flight_over_relief_lands_on_the_hillside_and_at_home(flavour: str, te
     for number, flight in enumerate((first, second), start=1):
         flight.land(air.swarm.kinematics(number), air.swarm.now.s)
     third.return_home(air.swarm.kinematics(3), air.swarm.now.s)
-    air.advance(150.0)
+    air.advance_until_landed(150.0)
     report = air.swarm.report()
     assert report.landed == 3
     np.testing.assert_allclose(air.above_ground_m(), 0.0, atol=1e-9)
@@ -151,7 +158,7 @@ def test_flat_worlds_fly_as_over_a_relief_without_height() -> None:
         air.take_off(20.0)
         for number, vehicle in enumerate(air.swarm.vehicles, start=1):
             vehicle.autopilot.flight.return_home(air.swarm.kinematics(number), air.swarm.now.s)
-        air.advance(60.0)
+        air.advance_until_landed(60.0)
         assert air.swarm.report().landed == 3
         tracks.append(np.column_stack([air.swarm.state.position_enu_m, air.swarm.state.attitude_rad]))
     np.testing.assert_array_equal(*tracks)
