@@ -90,9 +90,15 @@ class CoverageMap:
 
 
 def add_footprints(
-    coverage: CoverageMap, footprints: Sequence[Polygon]
+    coverage: CoverageMap, footprints: Sequence[Polygon], *, pictures: bool = True
 ) -> tuple[NDArray[np.uint16], tuple[RasterPicture, ...]]:
-    """Return the counts of the map with the frames of a step, for :meth:`CoverageMap.set_counts`, and its pictures."""
+    """Return the counts of the map with the frames of a step, for :meth:`CoverageMap.set_counts`, and its pictures.
+
+    Args:
+        coverage: map without these frames.
+        footprints: what they show of the ground.
+        pictures: whether to render the map; otherwise there are none.
+    """
     after = copy(coverage)
     after.add(footprints)
-    return after.counts, after.render()
+    return after.counts, after.render() if pictures else ()

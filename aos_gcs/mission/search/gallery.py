@@ -17,7 +17,7 @@ class Gallery:
     """Has a step's rasters rendered and keeps the latest of each kind; one that is not open does nothing."""
 
     def __init__(self, journal: Journal, recorder: Recorder, imaging: Worker, *, is_open: bool = True) -> None:
-        self._is_open = is_open
+        self.is_open = is_open
         self._imaging = imaging
         self._journal = journal
         self._recorder = recorder
@@ -25,7 +25,7 @@ class Gallery:
 
     async def render(self, step: int, frames: Sequence[Frame], analysis: StepAnalysis) -> None:
         """Render the rasters of a step, of the frames that took part in its analysis, and publish them."""
-        if not self._is_open:
+        if not self.is_open:
             return
         try:
             rasters = await self._imaging.run(render_pictures, frames, analysis)
@@ -36,7 +36,7 @@ class Gallery:
 
     async def publish(self, step: int, rasters: Sequence[RasterPicture]) -> None:
         """Keep rasters that share their bounds, announce them on the event stream, and record them."""
-        if not self._is_open:
+        if not self.is_open:
             return
         pictures = [
             Picture(

@@ -43,7 +43,9 @@ class Survey:
         self._uncounted += footprints
         sign_of_life(WORK_S)
         try:
-            counts, pictures = await context.imaging.run(add_footprints, self._coverage, self._uncounted)
+            counts, pictures = await context.imaging.run(
+                add_footprints, self._coverage, self._uncounted, pictures=self._gallery.is_open
+            )
         except WorkerError as error:
             context.journal.notice(Severity.WARNING, f"Step {step}: the map of coverage is not up to date: {error}")
             return
