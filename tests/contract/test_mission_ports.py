@@ -59,7 +59,7 @@ class Mission:
 
 @asynccontextmanager
 async def coordinator(_folder: Path) -> AsyncIterator[Mission]:
-    flight = prepare(auto_start=False, auto_return=False)
+    flight = prepare(auto_start=False, auto_return=False, pictures=True)
     flight.fleet.members[2].facts["link_loss"] = Safeguard(False, "none", "set FS_GCS_ENABLE to 1")
     async with flying(flight) as run:
         mission = Mission(

@@ -225,6 +225,7 @@ async def flying_over(
             journal=journal,
             recorder=recorder,
             loop_monitor=pulse,
+            pictures=False,
         )
         with station():
             run = group.create_task(mission.run())

@@ -192,12 +192,20 @@ def prepare(
     worker: Worker | None = None,
     former: FormerFlight | None = None,
     unrestored: Mapping[int, Mapping[str, float]] | None = None,
+    pictures: bool = False,
+    camera_delay_s: float = 0.0,
     **changes: object,
 ) -> Flight:
-    """Return a mission of n vehicles whose ``errors``, fields of :class:`FakeErrors`, differ from those of RTK."""
+    """Return a mission of n vehicles whose ``errors``, fields of :class:`FakeErrors`, differ from those of RTK.
+
+    ``pictures`` for operators are left out unless a test looks at them: they take a quarter of a mission's work. Where
+    a test waits for time to pass, cameras with a delay make fewer steps of it.
+    """
     asyncio.get_running_loop().set_default_executor(InlineExecutor(1))
     clock = LoopClock()
     fleet, recorder, journal = FakeFleet(clock, n, target, errors), MemoryRecorder(), Journal(clock)
+    for vehicle in fleet.members.values():
+        vehicle.camera_delay_s = camera_delay_s
     pulse = LoopMonitor(period_s=0.5)
     mission = Coordinator(
         "m",
@@ -210,6 +218,7 @@ def prepare(
         imaging=worker,
         former=former,
         unrestored=unrestored,
+        pictures=pictures,
     )
     return Flight(mission, fleet, recorder, clock, journal, pulse)
 

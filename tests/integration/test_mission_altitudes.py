@@ -14,7 +14,7 @@ from aos_gcs.errors import MissionFailedError
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.phase import Outcome
 from aos_gcs.mission.model.vehicles import Task
-from aos_gcs.planning.settings import FlightSettings, PreflightSettings
+from aos_gcs.planning.settings import Deadlines, FlightSettings, PreflightSettings
 from tests.fakes.mission_flight import Flight, flying, prepare
 
 pytestmark = pytest.mark.looptime
@@ -22,6 +22,7 @@ pytestmark = pytest.mark.looptime
 SEPARATION_M = 1.5
 BAD = {"bias_m": (0.5, 2.0), "swing_m": (0.2, 0.1)}
 LONG_AREA = ((-12.0, 10.0), (12.0, 10.0), (12.0, 130.0), (-12.0, 130.0))
+SHORT_RETURN = Deadlines(connect_s=5.0, preflight_s=15.0, capture_s=5.0, transfer_s=20.0, land_s=60.0)
 OVERRIDDEN = PreflightSettings(
     upload_fence=True,
     overrides={"home altitude": "measured: the meadow is level", "altitude accuracy": "a test of the datum"},
@@ -100,7 +101,9 @@ async def test_slopes_measured_by_rtk_are_no_errors() -> None:
 
 
 async def test_a_height_that_runs_away_in_flight_is_found_and_the_vehicle_leaves() -> None:
-    flight = prepare(5, target=None, flight=FlightSettings(layer_spacing_m=3.0), area_enu_m=LONG_AREA)
+    flight = prepare(
+        5, target=None, flight=FlightSettings(layer_spacing_m=3.0), area_enu_m=LONG_AREA, camera_delay_s=1.0
+    )
     async with watched(flight) as run:
         await flight.until(lambda: flight.view.snapshot().phase == "scan")
         vehicle = flight.fleet.members[3]
@@ -139,7 +142,7 @@ def told(flight: Flight) -> list[str]:
 async def test_a_vehicle_whose_altitude_becomes_inaccurate_leaves_and_others_keep_clear(
     reported: dict[str, object], words: str
 ) -> None:
-    flight = prepare(4, target=None, area_enu_m=LONG_AREA)
+    flight = prepare(4, target=None, area_enu_m=LONG_AREA, camera_delay_s=1.0)
     async with watched(flight) as run:
         await flight.until(lambda: flight.view.snapshot().phase == "scan")
         member = flight.mission.sortie.context.roster.select([2])[0]
@@ -175,7 +178,8 @@ async def test_a_short_loss_of_accuracy_or_of_the_fix_changes_nothing() -> None:
 
 @pytest.mark.parametrize("phase", ["line", "scan", "converge"])
 async def test_all_fly_home_when_all_lose_their_corrections_at_once(phase: str) -> None:
-    flight = prepare(4)
+    # So close to one another, they wait above their homes until it is over.
+    flight = prepare(4, deadlines=SHORT_RETURN)
     async with watched(flight) as run:
         await flight.until(lambda: flight.view.snapshot().phase == phase)
         degrade(flight, range(1, 5), gps_fix=3, horizontal_accuracy_m=1.5, vertical_accuracy_m=3.0)

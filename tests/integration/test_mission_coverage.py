@@ -12,7 +12,7 @@ pytestmark = pytest.mark.looptime
 
 
 async def test_a_flying_mission_shows_footprints_legs_and_coverage() -> None:
-    flight = prepare(3, target=None)
+    flight = prepare(3, target=None, pictures=True)
     async with flying(flight) as run:
         await flight.until(lambda: len(flight.view.steps()) >= 3)
         snapshot = flight.view.snapshot()

@@ -122,7 +122,7 @@ async def test_a_vehicle_lost_during_the_landing_is_brought_down_when_heard_agai
 async def test_a_vehicle_heard_again_rejoins_only_where_nothing_else_can_have_flown_it(
     silent_s: float, meanwhile: dict[str, object], task: Task, words: str
 ) -> None:
-    flight = prepare(target=None, area_enu_m=LONG_AREA)
+    flight = prepare(target=None, area_enu_m=LONG_AREA, camera_delay_s=1.0)
     vehicle = flight.fleet.members[2]
     async with flying(flight) as run:
         await flight.until(lambda: len(flight.view.steps()) == 2)
@@ -136,14 +136,13 @@ async def test_a_vehicle_heard_again_rejoins_only_where_nothing_else_can_have_fl
         await flight.clock.sleep(10.0)
         assert flight.task(2) is task
         assert any(isinstance(command, Goto) for command in vehicle.commands[commands:]) is (task is Task.SWARM)
-        await flight.commands.act(Action.ABORT, None)
-        await run
+        run.cancel()
     assert next(text for text in flight.texts() if "link restored" in text).startswith(words)
 
 
 async def test_a_vehicle_heard_again_gets_nothing_before_its_mode_is_known() -> None:
     """Its first packets after a loss may be positions: its mode is the one before, whatever has happened since."""
-    flight = prepare(target=None, area_enu_m=LONG_AREA)
+    flight = prepare(target=None, area_enu_m=LONG_AREA, camera_delay_s=1.0)
     vehicle = flight.fleet.members[2]
     async with flying(flight) as run:
         await flight.until(lambda: len(flight.view.steps()) == 2)
@@ -155,8 +154,7 @@ async def test_a_vehicle_heard_again_gets_nothing_before_its_mode_is_known() -> 
         vehicle.mode, vehicle.heartbeat_silent_since_s = FlightMode.RETURN, None
         await flight.until(lambda: flight.task(2) is Task.HELD)
         assert not vehicle.commands[commands:]
-        await flight.commands.act(Action.ABORT, None)
-        await run
+        run.cancel()
 
 
 async def test_a_vehicle_held_on_its_way_is_not_crossed_by_another() -> None:

@@ -96,7 +96,7 @@ async def test_a_worker_that_fails_every_time_ends_the_search() -> None:
     ],
 )
 async def test_what_only_informs_is_left_out(function: Callable, text: str) -> None:
-    flight = prepare(worker=FailingWorker({function: {2}}))
+    flight = prepare(worker=FailingWorker({function: {2}}), pictures=True)
     async with flying(flight) as run:
         assert await run is Outcome.FOUND
     assert [told for told in flight.texts() if text in told] == [f"{text}: Image analysis has ended (SIGKILL)"]
