@@ -24,6 +24,7 @@ from aos_gcs.input_values import printable
 BUILT_IN: dict[str, str] = {
     "demo": "aos_gcs.cli.demo:demo",
     "run": "aos_gcs.cli.run:run",
+    "restore": "aos_gcs.cli.restore:restore",
     "integrate": "aos_gcs.cli.integrate:integrate",
     "extract": "aos_gcs.cli.extract:extract",
     "calibrate": "aos_gcs.cli.calibrate:calibrate",

@@ -62,9 +62,19 @@ class MissionDatabase:
         Raises:
             sqlite3.Error: the database cannot be opened.
         """
+        database = cls.open_ended(folder)
+        database.write([lambda opened: opened.remove_after(last_step)])
+        return database
+
+    @classmethod
+    def open_ended(cls, folder: Path) -> MissionDatabase:
+        """Return the files of a mission that is in the folder already, with all that was recorded.
+
+        Raises:
+            sqlite3.Error: the database cannot be opened.
+        """
         database = cls.__new__(cls)
         database._connect(folder)  # noqa: SLF001 - its own
-        database.write([lambda opened: opened.remove_after(last_step)])
         return database
 
     def _connect(self, folder: Path) -> None:
