@@ -151,7 +151,7 @@ def simulated_step(renderer: Renderer) -> tuple[list[Frame], FocusRegion]:
     rng = np.random.default_rng(0)
     places = [(4.2 * (i % 4 - 1.5), 4.2 * (i // 4 - 1.0)) for i in range(10)]
     poses = [nadir_pose([east + x, north + y, ALTITUDE_M + i]) for i, (x, y) in enumerate(places)]
-    images = renderer.render_many(poses, CAMERA, rng)
+    images = [renderer.render(pose, CAMERA, own) for pose, own in zip(poses, rng.spawn(len(poses)), strict=True)]
     frames = [
         Frame(i, np.dstack((image.rgb.astype(np.float32), image.thermal_celsius)), BANDS, pose, CAMERA)
         for i, (image, pose) in enumerate(zip(images, poses, strict=True))

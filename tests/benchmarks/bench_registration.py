@@ -127,7 +127,8 @@ def fly(trees_per_ha: int, seed: int) -> dict[tuple[str, int], list[float]]:
         poses = [nadir_pose([*(person_enu_m[:2] + xy), 35.0 + 2.0 * i]) for i, xy in enumerate(place_m)]
         exposures = [
             Frame(i + 1, np.dstack((image.rgb.astype(np.float32), image.thermal_celsius)), BANDS, pose, CAMERA)
-            for i, (image, pose) in enumerate(zip(renderer.render_many(poses, CAMERA, rng), poses, strict=True))
+            for i, (pose, own) in enumerate(zip(poses, rng.spawn(len(poses)), strict=True))
+            for image in [renderer.render(pose, CAMERA, own)]
         ]
         for name, follower in followers.items():
             reported = follower.report(exposures)

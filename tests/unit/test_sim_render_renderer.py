@@ -1,5 +1,6 @@
 import math
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -246,7 +247,9 @@ def test_thinned_backdrop_repeats_pixels_but_shows_bodies_in_full(forest: Render
 
 def test_number_of_threads_does_not_change_the_frames(forest: Renderer) -> None:
     poses = [above(forest, east) for east in range(4)]
-    alone, shared = (forest.render_many(poses, CAMERA, rng(3), threads=threads) for threads in (1, 4))
+    alone = [forest.render(pose, CAMERA, own) for pose, own in zip(poses, rng(3).spawn(4), strict=True)]
+    with ThreadPoolExecutor(4) as pool:
+        shared = pool.map(lambda pose, own: forest.render(pose, CAMERA, own), poses, rng(3).spawn(4))
     for one, other in zip(alone, shared, strict=True):
         np.testing.assert_array_equal(one.rgb, other.rgb)
         np.testing.assert_array_equal(one.thermal_celsius, other.thermal_celsius)

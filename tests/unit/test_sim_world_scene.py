@@ -98,11 +98,6 @@ def test_persons_are_in_the_middle_of_the_forest_and_clear_of_trunks(scene: Scen
         assert 31 <= person.skin_temperature_celsius <= 33
 
 
-def test_launch_area_touches_the_forest_from_the_south(scene: Scene) -> None:
-    assert scene.launch_area_enu_m[:, 1].max() == scene.area_enu_m[:, 1].min()
-    assert scene.launch_area_enu_m[:, 1].min() == -20
-
-
 @pytest.mark.parametrize(
     ("field", "value"),
     [

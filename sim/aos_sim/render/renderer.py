@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -146,14 +145,6 @@ class Renderer:
         """
         image = self._appearance(_Rays(pose, camera, at_s), backdrop_stride)
         return image.reshape(camera.height_px, camera.width_px, 4)
-
-    def render_many(
-        self, poses: Sequence[Pose], camera: CameraModel, rng: np.random.Generator, threads: int = 2
-    ) -> list[RenderedFrame]:
-        """Expose one frame per pose on several threads; the result does not depend on their number."""
-        generators = rng.spawn(len(poses))
-        with ThreadPoolExecutor(threads) as pool:
-            return list(pool.map(lambda pose, generator: self.render(pose, camera, generator), poses, generators))
 
     def person_masks(self, pose: Pose, camera: CameraModel, name: str | None = None) -> PersonMasks:
         """Return the pixels of the person of that name, or of all persons.

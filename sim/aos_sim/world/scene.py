@@ -114,8 +114,6 @@ class Scene:
     ground: Ground
     area_enu_m: NDArray[np.float64]
     """Search area: corners of the forest square, counter-clockwise from the south-west, shape (4, 2)."""
-    launch_area_enu_m: NDArray[np.float64]
-    """Clearing without trees, in the same order, shape (4, 2)."""
     distractors: tuple[Distractor, ...] = ()
     """Distractors in the scene."""
     relief: Relief | None = None
@@ -165,7 +163,6 @@ def build_scene(parameters: SceneParameters, origin: GeodeticPosition | None = N
         forest=forest,
         ground=make_ground(ground_rng, west, FOREST_SOUTH_M, side),
         area_enu_m=_rectangle(west, FOREST_SOUTH_M, -west, FOREST_SOUTH_M + side),
-        launch_area_enu_m=_rectangle(west, CLEARING_SOUTH_M, -west, FOREST_SOUTH_M),
         distractors=_make_distractors(distractor_rng, parameters, forest, persons),
     )
     relief = build_relief(parameters, origin)

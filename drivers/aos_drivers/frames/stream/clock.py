@@ -24,8 +24,6 @@ class FrameTime:
     at_s: float
     sigma_s: float
     """Standard deviation."""
-    by_sender: bool
-    """Whether the sender has reported it (RTCP)."""
 
 
 class StreamClock:
@@ -48,5 +46,5 @@ class StreamClock:
         quickest_s = media_s - (self._arrivals.offset_s or 0.0)
         by_arrival_s = quickest_s - self._latency_s
         if sender_s is not None and abs(sender_s - by_arrival_s) <= CREDIBLE_S:
-            return FrameTime(sender_s, SENDER_SIGMA_S, by_sender=True)
-        return FrameTime(by_arrival_s, self._latency_sigma_s, by_sender=False)
+            return FrameTime(sender_s, SENDER_SIGMA_S)
+        return FrameTime(by_arrival_s, self._latency_sigma_s)
