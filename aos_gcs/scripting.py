@@ -152,9 +152,9 @@ class Swarm:
             MissionError: a check still fails at the deadline, or the ground is too close; the text names it.
         """
         deadline_s = self._clock.now_s() + self._options.deadlines.connect_s + self._options.deadlines.preflight_s
-        while (problem := self._problem()) is not None:
+        while (refusal := self._refusal()) is not None:
             if self._clock.now_s() >= deadline_s:
-                raise MissionError(problem)
+                raise MissionError(refusal.text)
             await self._clock.sleep(_POLL_S)
         self._set_limits()
         await self._survey_terrain()
@@ -217,19 +217,21 @@ class Swarm:
     def _give_up(self) -> None:
         self._journal.notice(Severity.CRITICAL, "All vehicles are lost. Their own failsafes fly them.")
 
-    def _problem(self) -> str | None:
-        """Return why the swarm cannot start yet."""
+    def _refusal(self) -> Refusal | None:
+        """Return why the swarm cannot start yet; None if it can."""
         named, expected = set(self._options.vehicle_ids), self._options.vehicles
         members = [m for m in self._roster.members() if not named or m.vehicle_id in named]
         if len(members) < expected:
-            return f"Only {len(members)} of {expected} vehicles are heard; check their power and the link's address."
+            return Refusal(
+                f"Only {len(members)} of {expected} vehicles are heard; check their power and the link's address."
+            )
         if len(members) > expected:
-            return f"{len(members)} vehicles are heard, {expected} are to fly: name these by vehicle_ids."
+            return Refusal(f"{len(members)} vehicles are heard, {expected} are to fly: name these by vehicle_ids.")
         self._roster.choose(member.vehicle_id for member in members)
         if self._roster.frame is None:
             home = members[0].state.home
             if home is None:
-                return f"vehicle {members[0].vehicle_id} has no home position yet; wait for its GPS."
+                return Refusal(f"vehicle {members[0].vehicle_id} has no home position yet; wait for its GPS.")
             self._roster.frame = LocalFrame(home)
         limits = self._settings.safety.applied_to(UNLIMITED)
         found = [
@@ -237,7 +239,7 @@ class Swarm:
             *check_altitudes(self._roster, members, limits.separation_m, self._options.flight.layer_spacing_m),
         ]
         failed = [check for check in found if check.blocks]
-        return failed[0].describe() if failed else None
+        return Refusal(failed[0].describe()) if failed else None
 
     def _set_limits(self) -> None:
         members, roster, flight = self._roster.chosen(), self._roster, self._options.flight

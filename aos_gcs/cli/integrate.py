@@ -20,7 +20,7 @@ from aos_gcs.errors import ConfigurationError
 from aos_gcs.exports.georeference import Georeference, LocalGeoreference, ProjectedGeoreference
 from aos_gcs.exports.rasters import MapPlace
 from aos_gcs.exports.thumbnails import write_thumbnails
-from aos_gcs.imaging.model import Detector, GroundRaster
+from aos_gcs.imaging.model import Detector, MapRaster
 from aos_gcs.imaging.surfaces.dem_files import is_geotiff, read_dem_crs
 from aos_gcs.imaging.surfaces.ground import choose_raster, covered_part
 from aos_gcs.imaging.surfaces.terrain import Terrain
@@ -214,7 +214,7 @@ def _integrate(
     return rasters
 
 
-def _covered(raster: GroundRaster, rasters: SurveyRasters) -> tuple[GroundRaster, SurveyRasters]:
+def _covered(raster: MapRaster, rasters: SurveyRasters) -> tuple[MapRaster, SurveyRasters]:
     """Return the smallest map with all covered cells."""
     raster, window = covered_part(raster, rasters.coverage)
     anomalies = rasters.anomalies
@@ -234,7 +234,7 @@ def _georeference(survey: Survey, dem: Path | None) -> Georeference | None:
     return None if wkt is None else ProjectedGeoreference(wkt)
 
 
-def _crs(georeference: Georeference | None, raster: GroundRaster, surface: FocalSurface) -> str | None:
+def _crs(georeference: Georeference | None, raster: MapRaster, surface: FocalSurface) -> str | None:
     """Return the coordinate system of a map.
 
     Raises:

@@ -26,7 +26,7 @@ from aos_gcs.exports.rasters import (
     write_world_file,
 )
 from aos_gcs.extras import load_extra
-from aos_gcs.imaging.model import Detector, GroundRaster
+from aos_gcs.imaging.model import Detector, MapRaster
 from aos_gcs.imaging.pictures import shade_counts, shade_integral
 from aos_gcs.surveys.anomalies import MapBlob
 from aos_gcs.surveys.rasters import SurveyRasters
@@ -208,7 +208,7 @@ class ResultOptions:
                     "poses."
                 )
 
-    def check_map(self, raster: GroundRaster) -> None:
+    def check_map(self, raster: MapRaster) -> None:
         """Refuse pictures of a map that is too large for them.
 
         Raises:

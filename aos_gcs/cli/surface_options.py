@@ -18,7 +18,7 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.geometry.projection import Plane
 from aos_gcs.imaging.focus.region import FocusRegion, ViewRegion
-from aos_gcs.imaging.model import GroundRaster
+from aos_gcs.imaging.model import MapRaster
 from aos_gcs.imaging.surfaces.dem_files import is_geotiff, read_dem
 from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.imaging.views import FocalSurface
@@ -230,7 +230,7 @@ def virtual_camera(survey: Survey, view: int | None, size: int | None) -> tuple[
     return CameraModel.from_fov(edge_px, edge_px, image.camera.horizontal_fov_rad), image.pose
 
 
-def describe_map(raster: GroundRaster) -> str:
+def describe_map(raster: MapRaster) -> str:
     """Return a line that describes the place of a map."""
     direction = "+y" if raster.rows_along_y else "-y"
     return (

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.extras import load_extra
-from aos_gcs.imaging.model import GroundRaster
+from aos_gcs.imaging.model import MapRaster
 
 BLOCK_CELLS = 512
 
@@ -23,7 +23,7 @@ _LAYOUT = {"tiled": True, "blockxsize": BLOCK_CELLS, "blockysize": BLOCK_CELLS, 
 def write_geotiff(
     path: Path,
     values: NDArray[Any],
-    raster: GroundRaster,
+    raster: MapRaster,
     crs: str,
     *,
     descriptions: Sequence[str],

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.exports.files import replaced_whole, written_whole
 from aos_gcs.exports.geotiff import write_geotiff
-from aos_gcs.imaging.model import GroundRaster
+from aos_gcs.imaging.model import MapRaster
 from aos_gcs.imaging.pictures import encode_png
 
 TIFF_SUFFIXES = (".tif", ".tiff")
@@ -22,7 +22,7 @@ RASTER_SUFFIXES = (".npy", *TIFF_SUFFIXES)
 class MapPlace:
     """Place of a map in its world and on the earth."""
 
-    raster: GroundRaster
+    raster: MapRaster
     crs: str | None
     """Coordinate system as PROJ or WKT text; None: not georeferenced."""
 
@@ -66,7 +66,7 @@ def world_file_path(picture: Path) -> Path:
     return picture.with_suffix(".pgw")
 
 
-def write_world_file(picture: Path, raster: GroundRaster) -> None:
+def write_world_file(picture: Path, raster: MapRaster) -> None:
     """Write the six lines beside a picture of a map from which a GIS takes its place.
 
     Raises:

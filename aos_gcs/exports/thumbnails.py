@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.exports.rasters import write_picture
-from aos_gcs.imaging.model import GroundRaster
+from aos_gcs.imaging.model import MapRaster
 from aos_gcs.imaging.pictures import shade_counts, shade_integral
 from aos_gcs.surveys.anomalies import MapBlob
 
@@ -30,7 +30,7 @@ def write_thumbnails(
     integral: NDArray[np.float32],
     bands: tuple[str, ...],
     significances: NDArray[np.float32],
-    raster: GroundRaster,
+    raster: MapRaster,
 ) -> list[Path]:
     """Write a picture of each anomaly, the map beside its significance, and return their paths.
 
@@ -63,7 +63,7 @@ def write_thumbnails(
     return paths
 
 
-def _window(column: float, row: float, raster: GroundRaster) -> tuple[slice, slice]:
+def _window(column: float, row: float, raster: MapRaster) -> tuple[slice, slice]:
     """Return the rows and columns about a cell; fewer at the edges of the map."""
     reach = max(1, math.ceil(RADIUS_M / raster.resolution_m))
     rows, columns = (

@@ -75,7 +75,7 @@ class FocalGrid:
 
 
 @dataclass(frozen=True, slots=True)
-class GroundRaster:
+class MapRaster:
     """Map of the ground in any Cartesian world: columns follow +x, rows +y or -y."""
 
     x_m: float

@@ -18,7 +18,7 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.geometry.projection import Plane, pixel_rays, plane_to_image
 from aos_gcs.imaging.focal_plane import MAX_DEPTH_RATIO, grid_to_plane, visible_half_planes
-from aos_gcs.imaging.model import FocalGrid, GroundRaster, Viewpoint
+from aos_gcs.imaging.model import FocalGrid, MapRaster, Viewpoint
 from aos_gcs.imaging.points import PointView
 from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.imaging.warp import PlaneProjection
@@ -86,7 +86,7 @@ def perspective_view(camera: CameraModel, pose: Pose, surface: FocalSurface | fl
     return PointView(points.reshape(*shape, 3))
 
 
-def ortho_view(raster: GroundRaster, surface: FocalSurface | float) -> FocalView:
+def ortho_view(raster: MapRaster, surface: FocalSurface | float) -> FocalView:
     """Return a map of a focal surface, seen along z; a number is the height of a horizontal plane."""
     shape = raster.rows, raster.columns
     if not isinstance(surface, Terrain):

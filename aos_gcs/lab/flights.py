@@ -23,7 +23,7 @@ LEVEL_GROUND = "flat"
 
 
 @dataclass(frozen=True, slots=True)
-class FlightSettings:
+class FlightParameters:
     """Parameters of a simulated flight; equal ones give equal flights of equal missions."""
 
     seed: int
@@ -97,7 +97,7 @@ class Flight(Protocol):
 class FlightBuilder(Protocol):
     """Entry point of the group: it builds a flight."""
 
-    def __call__(self, settings: FlightSettings) -> Flight:
+    def __call__(self, settings: FlightParameters) -> Flight:
         """Return the flight of these settings; takes seconds.
 
         Raises:
@@ -106,7 +106,7 @@ class FlightBuilder(Protocol):
         ...
 
 
-def build_flight(settings: FlightSettings) -> Flight:
+def build_flight(settings: FlightParameters) -> Flight:
     """Return the flight that the installed simulator builds.
 
     Raises:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.lab.scenario import Scenario
-from aos_gcs.lab.walk import Walk, clear_of_trunks, draw_walk, stand
+from aos_gcs.lab.walk import Route, clear_of_trunks, draw_walk, stand
 from aos_gcs.lab.worlds import World, WorldParameters, build_world
 from aos_gcs.swarm.line import line_axis, line_places
 
@@ -130,7 +130,7 @@ def open_world(initialisation: Initialisation, scenario: Scenario) -> World:
     return build_world(world_parameters(initialisation, scenario))
 
 
-def target_walk(initialisation: Initialisation, scenario: Scenario, world: World) -> Walk:
+def target_walk(initialisation: Initialisation, scenario: Scenario, world: World) -> Route:
     """Return where the target is during the run."""
     low_m, high_m = world.area_enu_m.min(axis=0), world.area_enu_m.max(axis=0)
     middle_m = (low_m + high_m) / 2
@@ -149,7 +149,7 @@ def target_walk(initialisation: Initialisation, scenario: Scenario, world: World
     )
 
 
-def start_positions(initialisation: Initialisation, scenario: Scenario, walk: Walk) -> NDArray[np.float64]:
+def start_positions(initialisation: Initialisation, scenario: Scenario, walk: Route) -> NDArray[np.float64]:
     """Return the drones' places in the line they start in, shape (n, 2); its middle lies before the target."""
     direction = initialisation.scan_direction_enu
     middle_m = (

@@ -15,7 +15,7 @@ _REACH_M = 5.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Walk:
+class Route:
     """A way along straight lines at constant speed; who has arrived stays."""
 
     corners_enu_m: NDArray[np.float64]
@@ -38,9 +38,9 @@ class Walk:
         return _point(self.corners_enu_m[leg] + share * legs_m[leg]), _heading_rad(legs_m[leg])
 
 
-def stand(position_enu_m: NDArray[np.float64], heading_rad: float) -> Walk:
+def stand(position_enu_m: NDArray[np.float64], heading_rad: float) -> Route:
     """Return the walk of a target that stays."""
-    return Walk(position_enu_m[None, :], 0.0, heading_rad)
+    return Route(position_enu_m[None, :], 0.0, heading_rad)
 
 
 def draw_walk(
@@ -51,14 +51,14 @@ def draw_walk(
     duration_s: float,
     low_enu_m: NDArray[np.float64],
     high_enu_m: NDArray[np.float64],
-) -> Walk:
+) -> Route:
     """Return a walk from corner to corner in a rectangle, as long as the time; it passes trees as if they gave way."""
     corners_m = [start_enu_m]
     remaining_m = speed_mps * duration_s
     while remaining_m > 0.0:
         corners_m.append(rng.uniform(low_enu_m, high_enu_m))
         remaining_m -= float(np.linalg.norm(corners_m[-1] - corners_m[-2]))
-    return Walk(np.array(corners_m), speed_mps, heading_rad=0.0)
+    return Route(np.array(corners_m), speed_mps, heading_rad=0.0)
 
 
 def clear_of_trunks(

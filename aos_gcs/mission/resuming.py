@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from aos_gcs.errors import MissionError
 from aos_gcs.mission.fleet.roster import Member, Roster
+from aos_gcs.mission.model.actions import Refusal
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.planning.settings import MIN_SWARM
 
@@ -15,19 +16,19 @@ def check_resume(roster: Roster) -> None:
         MissionError: too few vehicles can be resumed now; those that come back can be later.
     """
     members = roster.members(Task.SWARM, Task.HELD, Task.LOST)
-    unable = {member.vehicle_id: _why_unable(member) for member in members}
-    able = sum(not reason for reason in unable.values())
+    unable = {member.vehicle_id: refusal for member in members if (refusal := _refusal(member)) is not None}
+    able = len(members) - len(unable)
     if able >= MIN_SWARM:
         return
-    reasons = "; ".join(f"vehicle {vehicle_id}: {reason}" for vehicle_id, reason in unable.items() if reason)
+    reasons = "; ".join(f"vehicle {vehicle_id}: {refusal.text}" for vehicle_id, refusal in unable.items())
     raise MissionError(
         f"Cannot resume: a swarm needs {MIN_SWARM} vehicles that follow the station, and has {able}"
         f"{reasons and f' ({reasons})'}. Return or land the vehicles, or resume when enough of them follow again."
     )
 
 
-def _why_unable(member: Member) -> str:
-    """Return why a vehicle cannot go on in the swarm; empty if it can, as from the ground before its take-off."""
+def _refusal(member: Member) -> Refusal | None:
+    """Return why a vehicle cannot go on in the swarm; None if it can, as from the ground before its take-off."""
     if member.task is Task.LOST:
-        return "link lost"
-    return member.why_not_ours if member.airborne else ""
+        return Refusal("link lost")
+    return Refusal(member.why_not_ours) if member.airborne and member.why_not_ours else None

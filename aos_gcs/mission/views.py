@@ -20,7 +20,7 @@ from aos_gcs.mission.search.same_body import distinct
 from aos_gcs.mission.sortie import Sortie
 
 
-class MissionState(Protocol):
+class CoordinatorState(Protocol):
     """The coordinator as the view sees it."""
 
     @property
@@ -61,7 +61,7 @@ class LiveView:
     """
 
     def __init__(
-        self, mission_id: str, context: MissionContext, state: MissionState, gallery: Gallery, findings: Findings
+        self, mission_id: str, context: MissionContext, state: CoordinatorState, gallery: Gallery, findings: Findings
     ) -> None:
         self._mission_id = mission_id
         self._context = context
@@ -99,7 +99,7 @@ class LiveView:
             no_go_enu_m=settings.safety.no_go_enu_m or (),
             legs_enu_m=tuple((leg.start_enu_m, leg.end_enu_m) for leg in progress.legs),
             leg=progress.leg,
-            covered_fraction=search.survey.covered_fraction,
+            covered_fraction=search.covered_ground.covered_fraction,
             findings=self._findings.all(),
             planned_vehicles=settings.vehicles,
             acknowledgements=self.acknowledgements.all(),
@@ -107,7 +107,7 @@ class LiveView:
         )
 
     def _vehicles(self) -> tuple[VehicleSnapshot, ...]:
-        roster, cameras = self._context.roster, self._state.sortie.search.survey.cameras
+        roster, cameras = self._context.roster, self._state.sortie.search.covered_ground.cameras
         return tuple(
             replace(roster.snapshot(member), camera=cameras.of(member.vehicle_id)) for member in roster.members()
         )

@@ -12,7 +12,7 @@ from pathlib import Path
 from aos_gcs.airspace.polygon import as_polygon, signed_area_m2
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.imaging.persons.decision import CLAIMED
-from aos_gcs.lab.flights import Flight, FlightSettings, Place, build_flight
+from aos_gcs.lab.flights import Flight, FlightParameters, Place, build_flight
 from aos_gcs.lab.missions.model import HERE_M, MissionKey, MissionResult, MissionsSettings
 from aos_gcs.mission.model.decisions import ConclusionRecord
 from aos_gcs.mission.model.phase import Outcome, Phase
@@ -28,7 +28,7 @@ def fly_mission(settings: MissionsSettings, key: MissionKey) -> MissionResult:
     """
     spacing = settings.spacing(key.errors)
     flight = build_flight(
-        FlightSettings(
+        FlightParameters(
             seed=key.seed,
             vehicles=settings.vehicles,
             trees_per_ha=key.trees_per_ha,

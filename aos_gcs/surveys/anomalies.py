@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.errors import ImagingError
 from aos_gcs.imaging.connected import connected
-from aos_gcs.imaging.model import GroundRaster
+from aos_gcs.imaging.model import MapRaster
 from aos_gcs.imaging.views import FocalSurface
 from aos_gcs.surveys.significance import DEFAULT_FALSE_ALARMS_PER_HA, AnomalySums, significance_limit
 
@@ -40,7 +40,7 @@ def significant_blobs(
     sums: AnomalySums,
     significances: NDArray[np.float32],
     coverage: NDArray[np.uint16],
-    raster: GroundRaster,
+    raster: MapRaster,
     surface: FocalSurface,
     *,
     false_alarms_per_ha: float = DEFAULT_FALSE_ALARMS_PER_HA,

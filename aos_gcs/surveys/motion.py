@@ -22,7 +22,7 @@ _SPLINE_POINTS = 4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Motion:
+class ImageMotion:
     """Velocities at the images; arrays with one row per image, in the axes of the recording's world."""
 
     velocity_mps: NDArray[np.float64]
@@ -35,12 +35,12 @@ class Motion:
     """Whether the image has a neighbour in time, shape (n,); the motion of others is taken for none."""
 
     @classmethod
-    def none(cls, count: int) -> Motion:
+    def none(cls, count: int) -> ImageMotion:
         """Motion of images without times."""
         return cls(np.zeros((count, 3)), np.zeros((count, 3)), np.zeros((count, 3)), np.zeros(count, dtype=np.bool_))
 
 
-def motion_of(images: Sequence[SurveyImage]) -> Motion | None:
+def motion_of(images: Sequence[SurveyImage]) -> ImageMotion | None:
     """Return the motion at the images; None where one has no time, or all have the same."""
     times = [image.taken_at_s for image in images]
     known = [time for time in times if time is not None]
@@ -52,7 +52,7 @@ def motion_of(images: Sequence[SurveyImage]) -> Motion | None:
     longest_s = MAX_GAP * float(np.median(gaps_s[gaps_s > 0.0]))
     # An image taken at the time of another tells nothing of the motion.
     cuts = np.flatnonzero((gaps_s > longest_s) | (gaps_s <= 0.0)) + 1
-    motion = Motion.none(len(images))
+    motion = ImageMotion.none(len(images))
     for stretch in np.split(np.arange(len(order)), cuts):
         if len(stretch) > 1:
             _fill(motion, images, order[stretch], at_s[stretch])
@@ -77,7 +77,9 @@ def moved(images: Sequence[SurveyImage], offset_s: float) -> list[SurveyImage] |
     ]
 
 
-def _fill(motion: Motion, images: Sequence[SurveyImage], indices: NDArray[np.intp], at_s: NDArray[np.float64]) -> None:
+def _fill(
+    motion: ImageMotion, images: Sequence[SurveyImage], indices: NDArray[np.intp], at_s: NDArray[np.float64]
+) -> None:
     """Write the motion of one stretch of images."""
     positions_m = np.array([images[index].pose.position_enu_m for index in indices])
     if len(indices) >= _SPLINE_POINTS:

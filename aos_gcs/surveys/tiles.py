@@ -17,7 +17,7 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.geometry.projection import Plane
 from aos_gcs.imaging.focal_plane import footprint
-from aos_gcs.imaging.model import GroundRaster
+from aos_gcs.imaging.model import MapRaster
 from aos_gcs.imaging.surfaces.ground import raster_part
 from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.imaging.views import FocalSurface, FocalView, ortho_view, perspective_view
@@ -66,7 +66,7 @@ class MapTile:
 
     window: Window
     images: tuple[int, ...]
-    raster: GroundRaster
+    raster: MapRaster
 
     @property
     def cell_m(self) -> float:
@@ -98,7 +98,7 @@ class ViewTile:
 
 
 def map_tiles(
-    raster: GroundRaster, images: Sequence[Placed], surface: FocalSurface, edge_cells: int = TILE_CELLS
+    raster: MapRaster, images: Sequence[Placed], surface: FocalSurface, edge_cells: int = TILE_CELLS
 ) -> list[MapTile]:
     """Return the tiles of a map that any image may see, row by row."""
     if isinstance(surface, Terrain):
@@ -153,7 +153,7 @@ def _cells(tile: Tile) -> int:
     return int((rows.stop - rows.start) * (columns.stop - columns.start))
 
 
-def _cell_span(raster: GroundRaster, image: Placed, planes: Sequence[Plane]) -> NDArray[np.float64]:
+def _cell_span(raster: MapRaster, image: Placed, planes: Sequence[Plane]) -> NDArray[np.float64]:
     """Return the first and last row and column, shape (4,), that bound what an image sees; infinite if nothing.
 
     Args:

@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from aos_gcs.errors import ConfigurationError, ImagingError
-from aos_gcs.imaging.model import AnomalySource, Detector, Frame, GroundRaster
+from aos_gcs.imaging.model import AnomalySource, Detector, Frame, MapRaster
 from aos_gcs.imaging.step.examination import examine_all
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.imaging.surfaces.ground import choose_raster
@@ -65,7 +65,7 @@ class WindowAnomalies:
     """Reason why a frame took no part, by its ``vehicle_id``."""
 
 
-def window_raster(views: Sequence[Placed], surface: FocalSurface, finest_cell_m: float) -> GroundRaster:
+def window_raster(views: Sequence[Placed], surface: FocalSurface, finest_cell_m: float) -> MapRaster:
     """Return the raster of all that cameras see, of at most :data:`MAX_CELLS`.
 
     Raises:

@@ -17,7 +17,7 @@ from aos_gcs.exports.anomaly_table import encode_anomalies
 from aos_gcs.exports.georeference import LocalGeoreference, ProjectedGeoreference
 from aos_gcs.exports.geotiff import write_geotiff
 from aos_gcs.geometry.geodesy import GeodeticPosition
-from aos_gcs.imaging.model import GroundRaster
+from aos_gcs.imaging.model import MapRaster
 from aos_gcs.surveys.anomalies import MapBlob
 
 ORIGINS = [
@@ -29,7 +29,7 @@ ORIGINS = [
 ]
 
 
-def written(path: Path, values: NDArray[np.float32], raster: GroundRaster, crs: str) -> Path:
+def written(path: Path, values: NDArray[np.float32], raster: MapRaster, crs: str) -> Path:
     write_geotiff(path, values, raster, crs, descriptions=("red", "green", "blue"), nodata=np.nan, tags={"AOS": "yes"})
     return path
 
@@ -37,7 +37,7 @@ def written(path: Path, values: NDArray[np.float32], raster: GroundRaster, crs: 
 @pytest.mark.parametrize("origin", ORIGINS)
 def test_pixels_lie_where_they_are_on_the_earth(tmp_path: Path, origin: GeodeticPosition) -> None:
     height_m = 12.0
-    raster = GroundRaster(x_m=-2000.0, y_m=1500.0, resolution_m=10.0, rows=300, columns=400, rows_along_y=False)
+    raster = MapRaster(x_m=-2000.0, y_m=1500.0, resolution_m=10.0, rows=300, columns=400, rows_along_y=False)
     values = np.zeros((300, 400, 3), dtype=np.float32)
     path = written(tmp_path / "map.tif", values, raster, LocalGeoreference(origin).crs(height_m))
     with rasterio.open(path) as dataset:
@@ -55,7 +55,7 @@ def test_what_is_written_is_read_back(tmp_path: Path) -> None:
     rng = np.random.default_rng(1)
     values = rng.uniform(0, 255, (700, 600, 3)).astype(np.float32)
     values[:100] = np.nan
-    raster = GroundRaster(10.0, 20.0, 0.25, 700, 600, rows_along_y=False)
+    raster = MapRaster(10.0, 20.0, 0.25, 700, 600, rows_along_y=False)
     path = written(tmp_path / "map.tif", values, raster, LocalGeoreference(ORIGINS[0]).crs(0.0))
     assert [entry.name for entry in tmp_path.iterdir()] == ["map.tif"]
     with rasterio.open(path) as dataset:
@@ -72,7 +72,7 @@ def test_what_is_written_is_read_back(tmp_path: Path) -> None:
 
 def test_counts_are_written_as_counts(tmp_path: Path) -> None:
     counts = np.arange(12, dtype=np.uint16).reshape(3, 4, 1)
-    raster = GroundRaster(500_000.0, 5_350_000.0, 1.0, 3, 4, rows_along_y=False)
+    raster = MapRaster(500_000.0, 5_350_000.0, 1.0, 3, 4, rows_along_y=False)
     write_geotiff(tmp_path / "count.tif", counts, raster, "EPSG:32633", descriptions=("images",), nodata=0)
     with rasterio.open(tmp_path / "count.tif") as dataset:
         assert dataset.crs.to_epsg() == 32633
@@ -81,7 +81,7 @@ def test_counts_are_written_as_counts(tmp_path: Path) -> None:
 
 
 def test_what_cannot_be_written_leaves_nothing(tmp_path: Path) -> None:
-    raster = GroundRaster(0.0, 0.0, 1.0, 3, 4, rows_along_y=False)
+    raster = MapRaster(0.0, 0.0, 1.0, 3, 4, rows_along_y=False)
     values = np.zeros((3, 4, 3), dtype=np.float32)
     with pytest.raises(ConfigurationError, match=r"Cannot write .*map\.tif"):
         written(tmp_path / "absent" / "map.tif", values, raster, "EPSG:32633")

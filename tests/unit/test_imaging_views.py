@@ -16,7 +16,7 @@ from aos_gcs.geometry.distortion import LensDistortion, LensModel
 from aos_gcs.geometry.poses import Pose, nadir_pose
 from aos_gcs.geometry.projection import Plane, intersect_plane, pixel_rays
 from aos_gcs.imaging.integral import ViewIntegral, integrate
-from aos_gcs.imaging.model import FocalGrid, Frame, GroundRaster
+from aos_gcs.imaging.model import FocalGrid, Frame, MapRaster
 from aos_gcs.imaging.step.analysis import analyse_step
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.imaging.surfaces.terrain import Terrain
@@ -34,7 +34,7 @@ EXACT = pytest.mark.parametrize("exact", [True, False], ids=["exact", "fast"])
 LEVEL, TILTED = Plane(1.0), Plane(1.0, 0.25, -0.15)
 _x, _y = np.meshgrid(np.linspace(-40, 40, 321), np.linspace(-40, 40, 321))
 HILLS = Terrain(-40.0, -40.0, 0.25, 2 * np.sin(_x / 5) + 1.5 * np.cos(_y / 4))
-CLOSE_UP = GroundRaster(-2.0, 1.5, 0.05, 50, 60, rows_along_y=False)
+CLOSE_UP = MapRaster(-2.0, 1.5, 0.05, 50, 60, rows_along_y=False)
 SURFACES = pytest.mark.parametrize("surface", [LEVEL, TILTED, HILLS], ids=["level", "tilted", "terrain"])
 
 
@@ -87,7 +87,7 @@ def test_the_texture_is_recovered_in_any_view(camera: CameraModel, surface: Foca
 @SURFACES
 @pytest.mark.parametrize("rows_along_y", [False, True])
 def test_the_texture_is_recovered_on_maps(surface: FocalSurface, exact: bool, rows_along_y: bool) -> None:
-    raster = GroundRaster(-12.0, -9.0 if rows_along_y else 9.0, 0.25, 72, 96, rows_along_y)
+    raster = MapRaster(-12.0, -9.0 if rows_along_y else 9.0, 0.25, 72, 96, rows_along_y)
     integral, count = integrate(flight(BARREL, surface), ortho_view(raster, surface), exact=exact)
     x_m = -12.0 + 0.125 + 0.25 * np.arange(96)
     y_m = (-9.0 + 0.125 + 0.25 * np.arange(72)) * (1 if rows_along_y else -1)
@@ -145,7 +145,7 @@ def test_cameras_that_have_the_surface_behind_them_do_not_contribute(surface: Fo
     assert np.nanmax(integral) == 5.0
     # A camera amid the surface sees only what lies before it.
     amid = dataclasses.replace(seeing, pose=level)
-    raster = GroundRaster(-20.0, 20.0, 0.5, 80, 80, rows_along_y=False)
+    raster = MapRaster(-20.0, 20.0, 0.5, 80, 80, rows_along_y=False)
     _, count = integrate([amid], ortho_view(raster, surface.moved(-1.0) if isinstance(surface, Terrain) else Plane(0)))
     assert count[:40].any()
     assert not count[40:].any()
@@ -209,7 +209,7 @@ def test_bytes_are_sampled_up_to_the_horizon() -> None:
     frame = flight(PINHOLE, LEVEL, count=1)[0]
     frame = dataclasses.replace(frame, image=frame.image.astype(np.uint8), pose=level)
     floats = dataclasses.replace(frame, image=frame.image.astype(np.float32))
-    raster = GroundRaster(-40.0, 100.0, 0.5, 260, 160, rows_along_y=False)
+    raster = MapRaster(-40.0, 100.0, 0.5, 260, 160, rows_along_y=False)
     integral, count = integrate([frame], ortho_view(raster, Plane(0.0)), exact=False)
     assert count.any()
     np.testing.assert_allclose(integral, integrate([floats], ortho_view(raster, Plane(0.0)), exact=False)[0], atol=0.02)

@@ -18,7 +18,7 @@ from aos_gcs.lab.initialisation import (
     target_walk,
 )
 from aos_gcs.lab.scenario import Scenario
-from aos_gcs.lab.walk import TRUNK_CLEARANCE_M, Walk, clear_of_trunks
+from aos_gcs.lab.walk import TRUNK_CLEARANCE_M, Route, clear_of_trunks
 from tests.fakes.lab_world import FakeWorld
 
 SCENARIO = Scenario()
@@ -67,7 +67,7 @@ def test_a_walking_target_keeps_its_speed_and_the_middle_of_the_forest() -> None
 
 
 def test_a_walker_faces_where_it_goes_and_stays_at_the_end() -> None:
-    walk = Walk(np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 4.0]]), speed_mps=1.0, heading_rad=0.0)
+    walk = Route(np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 4.0]]), speed_mps=1.0, heading_rad=0.0)
     assert walk.at(1.0) == ((1.0, 0.0), pytest.approx(math.pi / 2))
     assert walk.at(5.0) == ((3.0, 2.0), pytest.approx(0.0))
     assert walk.at(100.0)[0] == (3.0, 4.0)

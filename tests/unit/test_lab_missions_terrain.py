@@ -9,17 +9,17 @@ import numpy as np
 import pytest
 
 from aos_gcs.errors import ConfigurationError
-from aos_gcs.lab.flights import Flight, FlightSettings, build_flight
+from aos_gcs.lab.flights import Flight, FlightParameters, build_flight
 from aos_gcs.lab.missions.model import MissionsSettings
 from aos_gcs.lab.missions.store import MissionsFolder
 from aos_gcs.lab.study_folder import SETTINGS_FILE
-from aos_gcs.planning.settings import FlightSettings as FlightPlan
+from aos_gcs.planning.settings import FlightParameters as FlightPlan
 from aos_gcs.planning.terrain import ground_heights_m
 from aos_gcs.runtime.virtual_mission import mission_settings
 
 
 def flight_over(terrain: str) -> Flight:
-    return build_flight(FlightSettings(1, 3, 0.0, has_person=True, side_m=25.0, image_size_px=64, terrain=terrain))
+    return build_flight(FlightParameters(1, 3, 0.0, has_person=True, side_m=25.0, image_size_px=64, terrain=terrain))
 
 
 def test_layers_lie_as_much_higher_as_the_highest_ground_of_the_area() -> None:

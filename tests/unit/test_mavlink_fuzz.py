@@ -11,7 +11,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.links.address import PeerAddress, parse_link
 from aos_drivers.mavlink.doctor.diagnosis import Examination, diagnose
-from aos_drivers.mavlink.doctor.survey import Survey
+from aos_drivers.mavlink.doctor.traffic import Traffic
 from aos_drivers.mavlink.session import MavlinkSession
 from aos_drivers.mavlink.signing.signer import LinkSigner, SigningClock, ticks_of
 from tests.fakes.mavlink_vehicle import FakeVehicle
@@ -85,20 +85,20 @@ def signer() -> LinkSigner:
 @given(st.lists(arrivals, max_size=25))
 def test_whatever_arrives_is_survived(arriving: list[Arrival]) -> None:
     session = MavlinkSession(254, 5.0, {SIGNED_LINK: signer()})
-    survey = Survey({SIGNED_LINK: signer()})
+    traffic = Traffic({SIGNED_LINK: signer()})
     now_s = 0.0
     session.feed(FakeVehicle(1).telemetry() + FakeVehicle(1).camera_heartbeat(), PeerAddress(OPEN_LINK, "h", 1), now_s)
     for arrival in arriving:
         now_s += arrival.pause_s
         session.feed(arrival.data, arrival.peer, now_s)
-        survey.feed(arrival.data, arrival.peer, now_s)
+        traffic.feed(arrival.data, arrival.peer, now_s)
         session.poll(now_s)
         session.send_heartbeat(now_s)
         session.take_outgoing()
         for record in session.records.values():
             record.state(now_s)
     links = [parse_link("udpin://0.0.0.0:14550"), parse_link("udpin://0.0.0.0:14551?sign=a.key")]
-    diagnose(Examination(links, 254, survey, session.records, [], now_s))
+    diagnose(Examination(links, 254, traffic, session.records, [], now_s))
 
 
 @settings(max_examples=60, deadline=None)

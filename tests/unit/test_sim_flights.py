@@ -12,7 +12,7 @@ import pytest
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import CommandRefusedError, CommandTimeoutError, ConfigurationError
 from aos_gcs.geometry.geodesy import LocalFrame
-from aos_gcs.lab.flights import FlightSettings, build_flight
+from aos_gcs.lab.flights import FlightParameters, build_flight
 from aos_gcs.ports import (
     Arm,
     Capture,
@@ -147,4 +147,4 @@ def test_images_and_poses_are_the_same_in_every_run_and_err_by_the_grade(meadow:
 def test_settings_out_of_range_are_refused(changes: dict[str, object], expected: str) -> None:
     settings = {"seed": 1, "vehicles": 3, "trees_per_ha": 0.0, "has_person": False, "side_m": 20.0} | changes
     with pytest.raises(ConfigurationError, match=expected):
-        build_flight(FlightSettings(**settings))
+        build_flight(FlightParameters(**settings))

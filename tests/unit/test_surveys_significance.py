@@ -7,13 +7,13 @@ from numpy.typing import NDArray
 
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.projection import Plane
-from aos_gcs.imaging.model import GroundRaster
+from aos_gcs.imaging.model import MapRaster
 from aos_gcs.surveys.anomalies import MapBlob, significant_blobs
 from aos_gcs.surveys.significance import AnomalySums, significance, significance_limit
 
 CELL_M, EDGE, VIEWS = 0.2, 700, 30
 HECTARES = (EDGE * CELL_M) ** 2 / 1e4
-RASTER = GroundRaster(0.0, 0.0, CELL_M, EDGE, EDGE, rows_along_y=True)
+RASTER = MapRaster(0.0, 0.0, CELL_M, EDGE, EDGE, rows_along_y=True)
 COVERAGE = np.full((EDGE, EDGE), VIEWS, dtype=np.uint16)
 
 

@@ -17,7 +17,7 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import nadir_pose
 from aos_gcs.geometry.projection import Plane
 from aos_gcs.imaging.integral import integrate
-from aos_gcs.imaging.model import Detector, GroundRaster
+from aos_gcs.imaging.model import Detector, MapRaster
 from aos_gcs.imaging.surfaces.ground import choose_raster
 from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.imaging.views import FocalSurface, ortho_view
@@ -59,11 +59,11 @@ def hot_pixels(position: NDArray[np.float64], R_cam2enu: NDArray[np.float64]) ->
     return [(u, v)] if 0 <= u < 120 and 0 <= v < 90 else []
 
 
-def raster_of(images: Sequence[SurveyImage], surface: FocalSurface) -> GroundRaster:
+def raster_of(images: Sequence[SurveyImage], surface: FocalSurface) -> MapRaster:
     return choose_raster([(image.camera, image.pose) for image in images], surface, 0.25)
 
 
-def whole(work: Work, tiles: list[MapTile], raster: GroundRaster, max_bytes: int, folder: Path) -> SurveyRasters:
+def whole(work: Work, tiles: list[MapTile], raster: MapRaster, max_bytes: int, folder: Path) -> SurveyRasters:
     groups = grouped(tiles, work.cell_bytes, max_bytes)
     return assemble(work, (raster.rows, raster.columns), (integrate_tiles(work, group) for group in groups), folder)
 
@@ -186,7 +186,7 @@ def test_rows_are_told_apart_by_more_than_a_person_s_length() -> None:
     significances = np.where(sums.count == 9, 8.0, np.where(sums.count > 0, 6.0, 0.0)).astype(np.float32)
     significances[15, 2] = 4.0
     coverage = np.full((20, 30), 10, dtype=np.uint16)
-    raster = GroundRaster(100.0, 50.0, 0.5, 20, 30, rows_along_y=False)
+    raster = MapRaster(100.0, 50.0, 0.5, 20, 30, rows_along_y=False)
     sure, large = significant_blobs(sums, significances, coverage, raster, Plane(7.0))
     assert large.area_m2 == pytest.approx(12 * 0.25)
     assert (large.max_count, large.significance) == (4, 6.0)
@@ -199,7 +199,7 @@ def test_rows_are_told_apart_by_more_than_a_person_s_length() -> None:
 def test_a_map_full_of_anomalies_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("aos_gcs.surveys.anomalies.MAX_MARKED_CELLS", 10)
     counts = np.ones((5, 5), dtype=np.uint16)
-    raster = GroundRaster(0.0, 0.0, 1.0, 5, 5, rows_along_y=False)
+    raster = MapRaster(0.0, 0.0, 1.0, 5, 5, rows_along_y=False)
     with pytest.raises(ImagingError, match="25 cells stand out as anomalies, more than 10"):
         significant_blobs(AnomalySums.none((5, 5)), np.full((5, 5), 9.0, np.float32), counts, raster, Plane(0.0))
 

@@ -43,14 +43,14 @@ _READING_METHODS = frozenset({"GET", "HEAD"})
 
 
 @dataclass(frozen=True, slots=True)
-class Refusal:
+class RequestRefusal:
     """The reason to refuse a request."""
 
     error_id: str
     text: str
 
 
-def refusal(headers: Mapping[str, str], allowed_hosts: Collection[str], *, check_origin: bool) -> Refusal | None:
+def refusal(headers: Mapping[str, str], allowed_hosts: Collection[str], *, check_origin: bool) -> RequestRefusal | None:
     """Return the reason to refuse a request, or ``None`` for one that may pass.
 
     Args:
@@ -60,10 +60,12 @@ def refusal(headers: Mapping[str, str], allowed_hosts: Collection[str], *, check
     """
     host = headers.get("host", "")
     if not _is_trusted_host(host, allowed_hosts):
-        return Refusal("unknown_host", f"The host name '{host}' is not allowed. Open the dashboard by its IP address.")
+        return RequestRefusal(
+            "unknown_host", f"The host name '{host}' is not allowed. Open the dashboard by its IP address."
+        )
     origin = headers.get("origin")
     if check_origin and origin is not None and not _is_same_origin(origin, host):
-        return Refusal(
+        return RequestRefusal(
             "cross_origin", f"Requests from pages of '{origin}' are not allowed. Open the service's own page."
         )
     return None

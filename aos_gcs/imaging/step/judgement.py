@@ -36,7 +36,7 @@ _MOST_WEIGHED = 64
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Judgement:
+class StepJudgement:
     """Result of a step's marks; see the fields of the same names of ``StepAnalysis``."""
 
     anomaly_count: NDArray[np.uint16]
@@ -58,7 +58,7 @@ def judge(
     settled_enu_m: Sequence[tuple[float, float]] = (),
     *,
     coverage: NDArray[np.uint16] | None = None,
-) -> Judgement:
+) -> StepJudgement:
     """Find the blobs that the frames mark, and tell which vehicle sees most of the largest.
 
     Args:
@@ -91,7 +91,7 @@ def judge(
     seen.sort(key=lambda one: one[1].settled)
     sightings = tuple(sighting for _, sighting in seen)
     if not sightings or sightings[0].settled:
-        return Judgement(anomaly_count, sightings, tuple(present), np.zeros(len(present)), tuple(history))
+        return StepJudgement(anomaly_count, sightings, tuple(present), np.zeros(len(present)), tuple(history))
     largest, centre_enu_m = seen[0][0], sightings[0].blob.centroid_enu_m
     fitness = np.array([_fitness(one, largest, grid, settings.leader_criterion) for one in present.values()])
     frames = [one.frame for one in present.values()]
@@ -100,7 +100,7 @@ def judge(
         return distance_to_centre(centre_enu_m, frames[row].camera.ideal(), frames[row].pose)
 
     shown = present_count[largest.rows, largest.columns] >= settings.minimum_count
-    return Judgement(
+    return StepJudgement(
         anomaly_count=anomaly_count,
         sightings=sightings,
         vehicle_ids=tuple(present),

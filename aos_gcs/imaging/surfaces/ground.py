@@ -14,7 +14,7 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.geometry.projection import Plane
 from aos_gcs.imaging.focal_plane import footprint
-from aos_gcs.imaging.model import GroundRaster
+from aos_gcs.imaging.model import MapRaster
 from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.imaging.views import FocalSurface
 
@@ -22,9 +22,7 @@ MAX_CELLS = 1_000_000_000
 """Largest number of cells of a map: 4 GB per band on the disk."""
 
 
-def choose_raster(
-    cameras: Sequence[tuple[CameraModel, Pose]], surface: FocalSurface, resolution_m: float
-) -> GroundRaster:
+def choose_raster(cameras: Sequence[tuple[CameraModel, Pose]], surface: FocalSurface, resolution_m: float) -> MapRaster:
     """Return a map that holds all that cameras see of a surface, as it looks from their side.
 
     Its edges lie at multiples of the resolution. On terrain it may be larger than needed, see :func:`covered_part`.
@@ -60,10 +58,10 @@ def choose_raster(
     # Cameras that look along +z see rows along +y unmirrored.
     along_y = math.fsum(pose.R_cam2enu[2, 2] for _, pose in cameras) > 0.0
     y_m = float(first[1] if along_y else last[1]) * resolution_m
-    return GroundRaster(float(first[0]) * resolution_m, y_m, resolution_m, rows, columns, along_y)
+    return MapRaster(float(first[0]) * resolution_m, y_m, resolution_m, rows, columns, along_y)
 
 
-def covered_part(raster: GroundRaster, coverage: NDArray[np.uint16]) -> tuple[GroundRaster, tuple[slice, slice]]:
+def covered_part(raster: MapRaster, coverage: NDArray[np.uint16]) -> tuple[MapRaster, tuple[slice, slice]]:
     """Return the smallest map with all covered cells, and the window it takes up.
 
     Raises:
@@ -76,7 +74,7 @@ def covered_part(raster: GroundRaster, coverage: NDArray[np.uint16]) -> tuple[Gr
     return raster_part(raster, window), window
 
 
-def raster_part(raster: GroundRaster, window: tuple[slice, slice]) -> GroundRaster:
+def raster_part(raster: MapRaster, window: tuple[slice, slice]) -> MapRaster:
     """Return the map of a window's rows and columns."""
     rows, columns = window
     step_m = raster.resolution_m if raster.rows_along_y else -raster.resolution_m

@@ -58,7 +58,7 @@ class Rule(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Decision:
+class SceneDecision:
     """Statement of the system about one scene, and whether it is right."""
 
     trees_per_ha: float
@@ -95,7 +95,7 @@ class Effectiveness:
     """Scenes whose person no frame showed."""
 
 
-def decide(result: SceneResult, grade: PositionGrade, rule: Rule, model: PersonModel | None = None) -> Decision:
+def decide(result: SceneResult, grade: PositionGrade, rule: Rule, model: PersonModel | None = None) -> SceneDecision:
     """Judge one scene; ``model`` is that of persons, None for the program's own."""
     verdicts = [decide_body(body.evidence, model) for body in result.warm[grade]]
     persons = [body for body, one in zip(result.warm[grade], verdicts, strict=True) if one.kind is FindingKind.PERSON]
@@ -107,7 +107,7 @@ def decide(result: SceneResult, grade: PositionGrade, rule: Rule, model: PersonM
         claim = max(persons, key=lambda body: body.evidence.views)
         claim_enu_m, sigma_m = claim.position_enu_m, claim.sigma_m
     claim_result, error_m = _claim_result(result, claim_enu_m)
-    return Decision(
+    return SceneDecision(
         trees_per_ha=result.key.trees_per_ha,
         seed=result.key.seed,
         grade=grade,
@@ -121,9 +121,9 @@ def decide(result: SceneResult, grade: PositionGrade, rule: Rule, model: PersonM
     )
 
 
-def summarise(decisions: Iterable[Decision]) -> list[Effectiveness]:
+def summarise(decisions: Iterable[SceneDecision]) -> list[Effectiveness]:
     """Return the figures per rule, density and grade, in this order."""
-    groups: dict[tuple[Rule, float, PositionGrade], list[Decision]] = {}
+    groups: dict[tuple[Rule, float, PositionGrade], list[SceneDecision]] = {}
     for decision in decisions:
         groups.setdefault((decision.rule, decision.trees_per_ha, decision.grade), []).append(decision)
     return [_summary(groups[group]) for group in sorted(groups, key=lambda group: (group[0] != Rule.PERSON, *group))]
@@ -146,7 +146,7 @@ def labelled_bodies(
     return evidence, is_person
 
 
-def decide_by_others(results: Sequence[SceneResult], folds: int) -> list[Decision]:
+def decide_by_others(results: Sequence[SceneResult], folds: int) -> list[SceneDecision]:
     """Judge each scene by a model that is fitted to the others: cross-validation.
 
     Scenes with and without a person of one draw lie in one fold, at all densities.
@@ -237,7 +237,7 @@ def _is_person(result: SceneResult, position_enu_m: tuple[float, float]) -> bool
     return result.key.has_person and math.dist(result.bodies[0].position_enu_m, position_enu_m) <= HERE_M
 
 
-def _summary(decisions: Sequence[Decision]) -> Effectiveness:
+def _summary(decisions: Sequence[SceneDecision]) -> Effectiveness:
     count = {claim_result: sum(one.claim_result is claim_result for one in decisions) for claim_result in ClaimResult}
     hits, wrong = count[ClaimResult.HIT], count[ClaimResult.WRONG_PLACE]
     with_person = hits + count[ClaimResult.MISS] + wrong

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from aos_gcs.imaging.persons.evidence import Evidence
-from aos_gcs.lab.effectiveness.report import Decision
+from aos_gcs.lab.effectiveness.report import SceneDecision
 from aos_gcs.lab.effectiveness.study import Anomaly, SceneKey, SceneResult, StudySettings, WarmBody
 from aos_gcs.lab.scenes import Body, PositionGrade
 from aos_gcs.lab.study_folder import ResultLines, read_lines
@@ -34,10 +34,10 @@ class StudyFolder(ResultLines):
         """Return the scenes so far, in the order of their density, seed and kind."""
         return read_results(self.path)
 
-    def write_decisions(self, decisions: Sequence[Decision]) -> None:
+    def write_decisions(self, decisions: Sequence[SceneDecision]) -> None:
         """Write one row per scene and grade of positions."""
         with (self.path / DECISIONS_FILE).open("w", encoding="utf-8", newline="") as file:
-            writer = csv.DictWriter(file, [field.name for field in fields(Decision)])
+            writer = csv.DictWriter(file, [field.name for field in fields(SceneDecision)])
             writer.writeheader()
             writer.writerows(asdict(decision) for decision in decisions)
 

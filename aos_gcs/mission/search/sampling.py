@@ -15,6 +15,7 @@ from aos_gcs.imaging.model import Frame
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.fleet.roster import Member
 from aos_gcs.mission.handler_watch import WORK_S, sign_of_life
+from aos_gcs.mission.model.actions import Refusal
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.ports import Capture, Severity
 
@@ -126,14 +127,14 @@ class Sampler:
 
     def _unsteady(self, swarm: Sequence[Member]) -> dict[int, str]:
         """Return the vehicles that do not hover, or do not report it, with the reason by id."""
-        return {member.vehicle_id: text for member in swarm if (text := self._why_unsteady(member))}
+        return {member.vehicle_id: refusal.text for member in swarm if (refusal := self._refusal(member)) is not None}
 
-    def _why_unsteady(self, member: Member) -> str | None:
+    def _refusal(self, member: Member) -> Refusal | None:
         limits, age_s = self._context.flight.limits, self._context.roster.position_age_s(member)
         if age_s is None or (limits is not None and age_s > limits.max_position_age_s):
-            return "no position yet" if age_s is None else f"its last position is {age_s:.1f} s old"
+            return Refusal("no position yet" if age_s is None else f"its last position is {age_s:.1f} s old")
         velocity_enu_mps = member.state.velocity_enu_mps
         speed_mps = 0.0 if velocity_enu_mps is None else float(np.linalg.norm(velocity_enu_mps))
         if speed_mps > 2 * self._context.settings.flight.arrival_speed_mps:
-            return f"still moving at {speed_mps:.1f} m/s"
+            return Refusal(f"still moving at {speed_mps:.1f} m/s")
         return None

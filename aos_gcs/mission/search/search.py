@@ -19,13 +19,13 @@ from aos_gcs.mission.model.decisions import DecisionRecord, SearchRecord, Situat
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.steps import StepRecord
 from aos_gcs.mission.model.vehicles import Task
+from aos_gcs.mission.search.covered_ground import CoveredGround
 from aos_gcs.mission.search.deciding import Decider, Decision
 from aos_gcs.mission.search.findings import Findings
 from aos_gcs.mission.search.gallery import Gallery
 from aos_gcs.mission.search.intake import FrameIntake
 from aos_gcs.mission.search.ledger import DecisionLog, step_record
 from aos_gcs.mission.search.sampling import Sample, Sampler
-from aos_gcs.mission.search.survey import Survey
 from aos_gcs.mission.search.vision import Vision
 from aos_gcs.planning.legs import ScanLeg, leg_formation, scan_legs
 from aos_gcs.planning.settings import MIN_SWARM
@@ -58,13 +58,13 @@ class Search:
         self._vision = vision
         self._findings = findings
         self._sampler = Sampler(context)
-        self.survey = Survey(context, gallery)
+        self.covered_ground = CoveredGround(context, gallery)
         self.decider = Decider(
             context.settings,
             context.journal,
             findings,
             forget=vision.forget,
-            covered_fraction=lambda: self.survey.covered_fraction,
+            covered_fraction=lambda: self.covered_ground.covered_fraction,
         )
         self._log = DecisionLog(self.decider, findings)
         self._blind_steps = 0
@@ -137,7 +137,7 @@ class Search:
         )
         sign_of_life(WORK_S)
         await self._gallery.render(self.step, self._vision.frames(analysis), analysis)
-        await self.survey.note(self.step, taken, analysis)
+        await self.covered_ground.note(self.step, taken, analysis)
         async with asyncio.TaskGroup() as group:
             learning = group.create_task(self._learn(analysis, decision))
             await self._await_arrival(record.waypoints)

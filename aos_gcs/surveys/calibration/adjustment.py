@@ -22,7 +22,7 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.distortion import LensDistortion, LensModel
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.surveys.calibration.tracks import Tracks
-from aos_gcs.surveys.motion import Motion
+from aos_gcs.surveys.motion import ImageMotion
 
 COMMON = 7
 """Unknowns of all images: turns about the camera's right, down and forward (rad), relative focal length, k1, k2, offset
@@ -99,7 +99,7 @@ def corrected_camera(camera: CameraModel, common: NDArray[np.float64]) -> Camera
 class _Model:
     """Places at which images show points, with the derivatives by all unknowns."""
 
-    def __init__(self, tracks: Tracks, camera: CameraModel, poses: Sequence[Pose], motion: Motion) -> None:
+    def __init__(self, tracks: Tracks, camera: CameraModel, poses: Sequence[Pose], motion: ImageMotion) -> None:
         self._tracks, self._camera = tracks, camera
         image = tracks.image
         self._R = np.array([pose.R_cam2enu for pose in poses])[image]
@@ -159,7 +159,7 @@ def adjust(
     camera: CameraModel,
     *,
     poses: Sequence[Pose],
-    motion: Motion,
+    motion: ImageMotion,
     sigmas: Sigmas,
     fixed: NDArray[np.bool_],
 ) -> Adjusted:

@@ -17,7 +17,7 @@ from aos_gcs.surveys.calibration.adjustment import COMMON, PRIOR_SIGMAS, Adjuste
 from aos_gcs.surveys.calibration.tracks import Features, Tracks, find_features, make_tracks, match, triangulate
 from aos_gcs.surveys.images import read_frame
 from aos_gcs.surveys.model import Survey, SurveyImage
-from aos_gcs.surveys.motion import Motion, motion_of
+from aos_gcs.surveys.motion import ImageMotion, motion_of
 
 MIN_IMAGES, MIN_POINTS = 6, 60
 MAX_IMAGES = 120
@@ -71,7 +71,7 @@ def calibrate(
     Raises:
         InputDataError: if the images have too little in common.
     """
-    motion = motion_of(survey.images) or Motion.none(len(survey.images))
+    motion = motion_of(survey.images) or ImageMotion.none(len(survey.images))
     has_clock = bool(motion.is_known.any())
     usable = np.flatnonzero(motion.is_known) if has_clock else np.arange(len(survey.images))
     chosen = usable[np.unique(np.linspace(0, len(usable) - 1, min(MAX_IMAGES, len(usable))).round().astype(int))]
@@ -87,7 +87,7 @@ def calibrate(
         advance(1)
     poses = [image.pose for image in images]
     tracks, points_m = _tracks(features, camera, poses)
-    motion = Motion(*(getattr(motion, name)[chosen] for name in Motion.__slots__))
+    motion = ImageMotion(*(getattr(motion, name)[chosen] for name in ImageMotion.__slots__))
     sigmas = Sigmas(_position_sigmas_m(images, position_sigma_m), attitude_sigma_rad)
     fixed = np.zeros(COMMON, dtype=np.bool_)
     fixed[CLOCK] = not has_clock

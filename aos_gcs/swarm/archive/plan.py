@@ -21,7 +21,7 @@ from aos_gcs.swarm.archive.moves import assigned
 from aos_gcs.swarm.archive.parameters import AosApsoParameters
 from aos_gcs.swarm.archive.raster import FINE_CELL_M, BoolArray, FloatArray, IntArray, anchor_of, quarters, shares
 from aos_gcs.swarm.archive.selection import Views, choose_single_views, choose_views, still_held
-from aos_gcs.swarm.archive.target import TargetEstimate
+from aos_gcs.swarm.archive.target import TargetTrack
 
 MAX_CANDIDATES = 150
 """Looks among which the views to hold are chosen: those that show most."""
@@ -51,7 +51,7 @@ class Prospect:
     """Confidence in the masks, below 1 for lines that the target's motion has turned, shape (k,)."""
 
     @classmethod
-    def of(cls, looks: Looks, target: TargetEstimate, height_m: float, parameters: AosApsoParameters) -> Prospect:
+    def of(cls, looks: Looks, target: TargetTrack, height_m: float, parameters: AosApsoParameters) -> Prospect:
         """Return the prospect of an archive."""
         target_enu_m = target.position_enu_m + target.next_way_m
         canopy = parameters.canopy
@@ -70,7 +70,7 @@ class Prospect:
 
 def choose_lines(
     looks: Looks,
-    target: TargetEstimate,
+    target: TargetTrack,
     heights_m: FloatArray,
     held_enu_m: FloatArray | None,
     parameters: AosApsoParameters,
@@ -97,7 +97,7 @@ def choose_lines(
 
 def goals_along(
     crossings_enu_m: FloatArray,
-    target: TargetEstimate,
+    target: TargetTrack,
     positions_enu_m: FloatArray,
     heights_m: FloatArray,
     canopy: Canopy,

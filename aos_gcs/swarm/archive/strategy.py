@@ -23,7 +23,7 @@ from aos_gcs.swarm.archive.plan import choose_lines, goals_along
 from aos_gcs.swarm.archive.raster import FINE_CELLS, anchor_of, resampled
 from aos_gcs.swarm.archive.target import (
     JUMP_M,
-    TargetEstimate,
+    TargetTrack,
     after_sighting,
     first_sighting,
     ground_point,
@@ -57,7 +57,7 @@ class ViewState:
     swarm: SwarmState
     """State of the strategy that scans, and that takes over without masks."""
     looks: Looks
-    target: TargetEstimate | None = None
+    target: TargetTrack | None = None
     """None before it is seen, and after it was lost."""
     heights_m: NDArray[np.float64] | None = None
     """Heights of the vehicles above the focal plane in the order of their ids, shape (n,); None if unknown."""
@@ -234,7 +234,7 @@ def make_aos_archive(parameters: Mapping[str, object]) -> ViewKeeping:
     return view_keeping(NAME, parse_parameters(ArchiveParameters, parameters, NAME))
 
 
-def _is_planned(state: ViewState, target: TargetEstimate, drones: int, step_m: float) -> bool:
+def _is_planned(state: ViewState, target: TargetTrack, drones: int, step_m: float) -> bool:
     """Return whether the lines chosen a few steps before are flown along still, as little has happened since."""
     if state.held_enu_m is None or len(state.held_enu_m) != drones or target.is_moving or target.lost_steps > 0:
         return False

@@ -13,7 +13,7 @@ from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.geometry.poses import Pose
-from aos_gcs.lab.flights import FlightSettings, Place
+from aos_gcs.lab.flights import FlightParameters, Place
 from aos_gcs.ports import Clock, Vehicle
 from aos_sim.errors.cameras import ErringCameras
 from aos_sim.errors.model import ErrorModel, error_model
@@ -148,7 +148,7 @@ class SimulatedFlight:
         return self._renderer.view(pose, camera, at_s, BACKDROP_STRIDE)
 
 
-def build_simulated_flight(settings: FlightSettings) -> SimulatedFlight:
+def build_simulated_flight(settings: FlightParameters) -> SimulatedFlight:
     """Build a flight; see :class:`aos_gcs.lab.flights.FlightBuilder`."""
     conditions = study_conditions(settings.conditions)
     errors = conditions.errors(error_model(settings.errors))
@@ -163,7 +163,7 @@ def build_simulated_flight(settings: FlightSettings) -> SimulatedFlight:
     )
 
 
-def _scene_parameters(settings: FlightSettings, weather: Conditions) -> SceneParameters:
+def _scene_parameters(settings: FlightParameters, weather: Conditions) -> SceneParameters:
     """Draw what lies in the forest; a person's posture does not hang on whether there is one."""
     rng = np.random.default_rng([settings.seed, 0xF1])
     animals, stones, cloths, stumps, waters = (int(count) for count in rng.integers(0, MAX_OF_A_KIND + 1, 5))

@@ -1,1 +1,1 @@
-"""The command ``aos-gcs doctor``: a survey of what is heard, its diagnosis, and the command itself."""
+"""The command ``aos-gcs doctor``: the traffic that is heard, its diagnosis, and the command itself."""

@@ -14,8 +14,8 @@ import typer
 from aos_drivers.background import BackgroundTasks
 from aos_drivers.links.address import LinkAddress, PeerAddress, parse_link
 from aos_drivers.links.opener import Endpoint, LinkOpener
-from aos_drivers.mavlink.doctor.diagnosis import POSITION_HZ, Examination, Finding, Level, diagnose
-from aos_drivers.mavlink.doctor.survey import Survey
+from aos_drivers.mavlink.doctor.diagnosis import POSITION_HZ, Diagnosis, Examination, Level, diagnose
+from aos_drivers.mavlink.doctor.traffic import Traffic
 from aos_drivers.mavlink.session import MavlinkSession
 from aos_drivers.mavlink.signing.keyring import Keyring
 from aos_gcs.clock import LoopClock
@@ -32,34 +32,34 @@ def doctor(
     links: Annotated[list[str], typer.Argument(help="Links, as in the configuration, such as udpin://0.0.0.0:14550.")],
     seconds: Annotated[float, typer.Option(min=4.0, max=600.0, help="Listening time in seconds.")] = 12.0,
     system_id: Annotated[int, typer.Option(min=1, max=255, help="MAVLink system id of this station.")] = 254,
-    as_json: Annotated[bool, typer.Option("--json", help="Write the findings as JSON.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Write the results as JSON.")] = False,
 ) -> None:
     """Diagnose the connection to vehicles. Exit code 0: healthy, 1: problems, 2: cannot listen.
 
     Sends heartbeats and requests for messages as a mission does, but no command that moves a vehicle.
     """
     addresses = [parse_link(text) for text in links]
-    findings = asyncio.run(_examine_now(addresses, system_id, seconds))
-    typer.echo(_as_json(findings) if as_json else _as_text(findings, seconds))
-    if any(finding.level is Level.PROBLEM for finding in findings):
+    diagnoses = asyncio.run(_examine_now(addresses, system_id, seconds))
+    typer.echo(_as_json(diagnoses) if as_json else _as_text(diagnoses, seconds))
+    if any(diagnosis.level is Level.PROBLEM for diagnosis in diagnoses):
         raise typer.Exit(_EXIT_PROBLEMS)
 
 
-async def _examine_now(addresses: Sequence[LinkAddress], system_id: int, duration_s: float) -> list[Finding]:
+async def _examine_now(addresses: Sequence[LinkAddress], system_id: int, duration_s: float) -> list[Diagnosis]:
     return diagnose(await examine(addresses, system_id, duration_s, LoopClock()))
 
 
 class _Listener:
-    """Passes received bytes to the survey and to a session like that of a mission, and sends the session's packets."""
+    """Passes received bytes to the traffic and to a session like that of a mission, and sends the session's packets."""
 
-    def __init__(self, session: MavlinkSession, survey: Survey, clock: Clock) -> None:
+    def __init__(self, session: MavlinkSession, traffic: Traffic, clock: Clock) -> None:
         self._session = session
-        self._survey = survey
+        self._traffic = traffic
         self._clock = clock
         self.endpoints: dict[int, Endpoint] = {}
 
     def receive(self, data: bytes, peer: PeerAddress) -> None:
-        self._survey.feed(data, peer, self._clock.now_s())
+        self._traffic.feed(data, peer, self._clock.now_s())
         self._session.feed(data, peer, self._clock.now_s())
         self._flush()
 
@@ -88,8 +88,8 @@ async def examine(addresses: Sequence[LinkAddress], system_id: int, duration_s: 
         keyring = await asyncio.to_thread(Keyring, addresses, clock)
         stack.push_async_callback(asyncio.to_thread, keyring.close)
         session = MavlinkSession(system_id, POSITION_HZ, keyring.signers)
-        survey = Survey({link: signer.with_empty_memory() for link, signer in keyring.signers.items()})
-        listener = _Listener(session, survey, clock)
+        traffic = Traffic({link: signer.with_empty_memory() for link, signer in keyring.signers.items()})
+        listener = _Listener(session, traffic, clock)
         tasks = await stack.enter_async_context(BackgroundTasks(_ignore))
         opener = LinkOpener(stack, tasks, clock, listener.receive, _ignore)
         for link, address in enumerate(addresses):
@@ -100,41 +100,41 @@ async def examine(addresses: Sequence[LinkAddress], system_id: int, duration_s: 
         elsewhere = await _listen_elsewhere(stack, tasks, addresses, clock)
         start_s = clock.now_s()
         await listener.listen(start_s + duration_s / 2)
-        survey.start_rates(clock.now_s())
+        traffic.start_rates(clock.now_s())
         await listener.listen(start_s + duration_s)
         ports = sorted({_USUAL_PORTS[sender.peer.link] for sender in elsewhere.senders})
-        return Examination(addresses, system_id, survey, session.records, ports, clock.now_s())
+        return Examination(addresses, system_id, traffic, session.records, ports, clock.now_s())
 
 
 async def _listen_elsewhere(
     stack: AsyncExitStack, tasks: BackgroundTasks, addresses: Sequence[LinkAddress], clock: Clock
-) -> Survey:
+) -> Traffic:
     """Listen on the usual ports that are free, which vehicles may be configured to send to."""
-    survey = Survey({})
+    traffic = Traffic({})
     hosts = [address.host for address in addresses if address.kind == "udpin"]
     taken = {address.port for address in addresses}
-    opener = LinkOpener(stack, tasks, clock, lambda data, peer: survey.feed(data, peer, clock.now_s()), _ignore)
+    opener = LinkOpener(stack, tasks, clock, lambda data, peer: traffic.feed(data, peer, clock.now_s()), _ignore)
     for number, port in enumerate(_USUAL_PORTS):
         if hosts and port not in taken:
             try:
                 await opener.open(number, LinkAddress("udpin", hosts[0], port, f"udpin://{hosts[0]}:{port}"))
             except LinkError:
                 continue  # in use by another program, which then is where its packets go
-    return survey
+    return traffic
 
 
 def _ignore(_event: object) -> None:
-    """Ignore changes of the links: they show in the survey."""
+    """Ignore changes of the links: they show in the traffic."""
 
 
-def _as_text(findings: Sequence[Finding], seconds: float) -> str:
+def _as_text(diagnoses: Sequence[Diagnosis], seconds: float) -> str:
     lines = [f"Listened for {seconds:g} s."]
-    lines += [f"{_MARKS[finding.level]}{finding.text}" for finding in findings]
-    problems = sum(finding.level is Level.PROBLEM for finding in findings)
+    lines += [f"{_MARKS[diagnosis.level]}{diagnosis.text}" for diagnosis in diagnoses]
+    problems = sum(diagnosis.level is Level.PROBLEM for diagnosis in diagnoses)
     lines.append("No problems found." if not problems else f"Problems found: {problems}.")
     return "\n".join(lines)
 
 
-def _as_json(findings: Sequence[Finding]) -> str:
-    is_healthy = all(finding.level is not Level.PROBLEM for finding in findings)
-    return json.dumps({"healthy": is_healthy, "findings": [asdict(finding) for finding in findings]}, indent=2)
+def _as_json(diagnoses: Sequence[Diagnosis]) -> str:
+    is_healthy = all(diagnosis.level is not Level.PROBLEM for diagnosis in diagnoses)
+    return json.dumps({"healthy": is_healthy, "findings": [asdict(diagnosis) for diagnosis in diagnoses]}, indent=2)

@@ -1,4 +1,4 @@
-"""Diagnosis of a connection from the counts of a survey. No I/O."""
+"""Diagnosis of a connection from the counts of a traffic. No I/O."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from enum import StrEnum
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.links.address import LinkAddress
-from aos_drivers.mavlink.doctor.survey import Sender, Survey
+from aos_drivers.mavlink.doctor.traffic import Sender, Traffic
 from aos_drivers.mavlink.signing.signer import SignatureCheck
 from aos_drivers.vehicle.record import VehicleRecord
 
@@ -39,7 +39,7 @@ _NO_MAVLINK = {
 
 
 class Level(StrEnum):
-    """Severity of a finding."""
+    """Severity of a diagnosis."""
 
     OK = "ok"
     HINT = "hint"
@@ -47,7 +47,7 @@ class Level(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class Diagnosis:
     """One result of the diagnosis."""
 
     level: Level
@@ -63,7 +63,7 @@ class Examination:
 
     links: Sequence[LinkAddress]
     our_system_id: int
-    survey: Survey
+    traffic: Traffic
     records: Mapping[int, VehicleRecord]
     """The vehicles as a mission would see them, by system id."""
     elsewhere: Sequence[int]
@@ -71,12 +71,12 @@ class Examination:
     ended_at_s: float
 
 
-def diagnose(examination: Examination) -> list[Finding]:
-    """Return all findings, the links' first."""
-    findings = [finding for link in range(len(examination.links)) for finding in _check_link(examination, link)]
-    findings += _check_ground_stations(examination)
+def diagnose(examination: Examination) -> list[Diagnosis]:
+    """Return all diagnoses, the links' first."""
+    diagnoses = [diagnosis for link in range(len(examination.links)) for diagnosis in _check_link(examination, link)]
+    diagnoses += _check_ground_stations(examination)
     by_system: dict[int, list[Sender]] = defaultdict(list)
-    for sender in examination.survey.senders:
+    for sender in examination.traffic.senders:
         if sender.is_autopilot:
             by_system[sender.system_id].append(sender)
     for system_id, senders in by_system.items():
@@ -85,46 +85,46 @@ def diagnose(examination: Examination) -> list[Finding]:
             *_check_identity(examination, system_id, senders),
             *_check_quality(examination, system_id, senders),
         ]
-        if not any(finding.level is Level.PROBLEM for finding in own):
-            own.append(Finding(Level.OK, "vehicle", _describe(examination, system_id, senders), system_id))
-        findings += own
-    return findings
+        if not any(diagnosis.level is Level.PROBLEM for diagnosis in own):
+            own.append(Diagnosis(Level.OK, "vehicle", _describe(examination, system_id, senders), system_id))
+        diagnoses += own
+    return diagnoses
 
 
-def _check_link(examination: Examination, link: int) -> Iterator[Finding]:
+def _check_link(examination: Examination, link: int) -> Iterator[Diagnosis]:
     address = examination.links[link]
-    senders = [sender for sender in examination.survey.senders if sender.peer.link == link]
-    if not examination.survey.bytes_by_link[link]:
+    senders = [sender for sender in examination.traffic.senders if sender.peer.link == link]
+    if not examination.traffic.bytes_by_link[link]:
         advice = _NOTHING[address.kind].format(host=address.host, port=address.port)
-        yield Finding(Level.PROBLEM, "no_packets", f"nothing arrives on {address.text}: {advice}")
+        yield Diagnosis(Level.PROBLEM, "no_packets", f"nothing arrives on {address.text}: {advice}")
         if address.kind == "udpin" and examination.elsewhere:
             ports = ", ".join(str(port) for port in examination.elsewhere)
             text = (
                 f"MAVLink arrives at port {ports} of this computer instead: use that port, or change the vehicles' port"
             )
-            yield Finding(Level.PROBLEM, "wrong_port", text)
+            yield Diagnosis(Level.PROBLEM, "wrong_port", text)
     elif not senders:
         advice = _NO_MAVLINK.get(address.kind, "another program sends to this port")
         advice = advice.format(port=address.port)
         text = f"bytes arrive on {address.text}, but no MAVLink: {advice}"
-        yield Finding(Level.PROBLEM, "no_mavlink", text)
+        yield Diagnosis(Level.PROBLEM, "no_mavlink", text)
     elif not any(sender.is_autopilot for sender in senders):
         text = f"MAVLink arrives on {address.text}, but no heartbeat of a vehicle: check the wiring of the autopilot"
-        yield Finding(Level.PROBLEM, "no_vehicle", text)
+        yield Diagnosis(Level.PROBLEM, "no_vehicle", text)
 
 
-def _check_ground_stations(examination: Examination) -> Iterator[Finding]:
+def _check_ground_stations(examination: Examination) -> Iterator[Diagnosis]:
     ours = examination.our_system_id
-    for sender in examination.survey.senders:
+    for sender in examination.traffic.senders:
         if sender.system_id == ours:
             text = f"{sender.peer} uses the same system id as this station, {ours}: change one (link.system_id)"
-            yield Finding(Level.PROBLEM, "ground_station_clash", text, ours)
+            yield Diagnosis(Level.PROBLEM, "ground_station_clash", text, ours)
         elif sender.is_ground_station:
             text = f"another ground station, system id {sender.system_id}, is on the link: it may change message rates"
-            yield Finding(Level.HINT, "other_ground_station", text, sender.system_id)
+            yield Diagnosis(Level.HINT, "other_ground_station", text, sender.system_id)
 
 
-def _check_signatures(examination: Examination, system_id: int, senders: Sequence[Sender]) -> Iterator[Finding]:
+def _check_signatures(examination: Examination, system_id: int, senders: Sequence[Sender]) -> Iterator[Diagnosis]:
     for sender in senders:
         signing = examination.links[sender.peer.link].signing
         where = f"vehicle {system_id} at {sender.peer}"
@@ -133,27 +133,27 @@ def _check_signatures(examination: Examination, system_id: int, senders: Sequenc
                 f"{where} uses MAVLink 1 only, which has neither signing nor most camera messages: set "
                 "SERIALn_PROTOCOL (ArduPilot) or MAV_PROTO_VER (PX4) to 2"
             )
-            yield Finding(Level.PROBLEM, "mavlink_1", text, system_id)
+            yield Diagnosis(Level.PROBLEM, "mavlink_1", text, system_id)
         if signing is None:
             if sender.signed_packets:
                 text = f"{where} signs its packets and may refuse ours: append its key to the link with ?sign=FILE"
-                yield Finding(Level.PROBLEM, "key_missing", text, system_id)
+                yield Diagnosis(Level.PROBLEM, "key_missing", text, system_id)
             continue
         checks = sender.signature_checks
         if checks[SignatureCheck.WRONG_KEY]:
             text = f"{where} signs with another key than {signing.key_file}: set the same key on both sides"
-            yield Finding(Level.PROBLEM, "wrong_key", text, system_id)
+            yield Diagnosis(Level.PROBLEM, "wrong_key", text, system_id)
         if checks[SignatureCheck.UNSIGNED]:
             level = Level.HINT if signing.accepts_unsigned else Level.PROBLEM
             unsigned = checks[SignatureCheck.UNSIGNED]
             text = f"{where} does not sign {unsigned} of {sender.packets} packets: set the key on the vehicle"
-            yield Finding(level, "unsigned", text, system_id)
+            yield Diagnosis(level, "unsigned", text, system_id)
         if checks[SignatureCheck.REPLAYED] and not checks[SignatureCheck.GOOD]:
             text = f"{where} signs with times that are too old: its clock, or that of this computer, is wrong"
-            yield Finding(Level.PROBLEM, "late_signatures", text, system_id)
+            yield Diagnosis(Level.PROBLEM, "late_signatures", text, system_id)
 
 
-def _check_identity(examination: Examination, system_id: int, senders: Sequence[Sender]) -> Iterator[Finding]:
+def _check_identity(examination: Examination, system_id: int, senders: Sequence[Sender]) -> Iterator[Diagnosis]:
     boards = {sender.uid for sender in senders if sender.uid is not None}
     record = examination.records.get(system_id)
     addresses = " and ".join(str(sender.peer) for sender in senders)
@@ -163,42 +163,42 @@ def _check_identity(examination: Examination, system_id: int, senders: Sequence[
             f"two vehicles use system id {system_id}, at {addresses} ({reason}): change the id of one of them "
             "(MAV_SYSID, SYSID_THISMAV or MAV_SYS_ID)"
         )
-        yield Finding(Level.PROBLEM, "duplicate_id", text, system_id)
+        yield Diagnosis(Level.PROBLEM, "duplicate_id", text, system_id)
     elif len(senders) > 1:
         text = f"vehicle {system_id} is received over {len(senders)} addresses, {addresses}: each can replace the other"
-        yield Finding(Level.OK, "several_links", text, system_id)
+        yield Diagnosis(Level.OK, "several_links", text, system_id)
 
 
-def _check_quality(examination: Examination, system_id: int, senders: Sequence[Sender]) -> Iterator[Finding]:
+def _check_quality(examination: Examination, system_id: int, senders: Sequence[Sender]) -> Iterator[Diagnosis]:
     silent_s = examination.ended_at_s - max(sender.heard_at_s for sender in senders)
     if silent_s > _SILENT_S:
         text = f"vehicle {system_id} has sent nothing for {silent_s:.0f} s: check its power and its distance"
-        yield Finding(Level.PROBLEM, "silent", text, system_id)
+        yield Diagnosis(Level.PROBLEM, "silent", text, system_id)
         return
     record = examination.records.get(system_id)
     if record is None:  # its packets were refused, which has been reported
         return
     if record.autopilot.name == "unknown":
         text = f"vehicle {system_id} runs neither ArduCopter nor PX4: it is displayed but never commanded"
-        yield Finding(Level.HINT, "unknown_autopilot", text, system_id)
+        yield Diagnosis(Level.HINT, "unknown_autopilot", text, system_id)
         return
     wanted_hz = {mavlink.MAVLINK_MSG_ID_HEARTBEAT: 1.0, **record.autopilot.stream_rates_hz(POSITION_HZ)}
     for message_id, name in _NEEDED.items():
-        rate_hz = examination.survey.rate_hz(system_id, message_id, examination.ended_at_s)
+        rate_hz = examination.traffic.rate_hz(system_id, message_id, examination.ended_at_s)
         if rate_hz < _LOWEST_SHARE * wanted_hz[message_id]:
             text = (
                 f"vehicle {system_id} sends {name} at {rate_hz:.1f} Hz; a mission asks for {wanted_hz[message_id]:g} "
                 "Hz: the radio may be too slow, or another ground station lowers the rates"
             )
-            yield Finding(Level.PROBLEM, "slow_stream", text, system_id)
+            yield Diagnosis(Level.PROBLEM, "slow_stream", text, system_id)
     loss = record.loss_fraction() or 0.0
     if loss > _HIGH_LOSS:
         text = f"vehicle {system_id} loses {100 * loss:.0f} % of its packets: check antennas, distance and channel"
-        yield Finding(Level.PROBLEM, "loss", text, system_id)
+        yield Diagnosis(Level.PROBLEM, "loss", text, system_id)
 
 
 def _describe(examination: Examination, system_id: int, senders: Sequence[Sender]) -> str:
     record = examination.records.get(system_id)
     name = record.autopilot.name if record is not None else "autopilot unknown"
-    rate_hz = examination.survey.rate_hz(system_id, mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT, examination.ended_at_s)
+    rate_hz = examination.traffic.rate_hz(system_id, mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT, examination.ended_at_s)
     return f"vehicle {system_id} ({name}) at {senders[0].peer}: positions at {rate_hz:.1f} Hz"

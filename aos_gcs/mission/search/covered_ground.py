@@ -14,7 +14,7 @@ from aos_gcs.mission.search.sampling import Sample, to_frame
 from aos_gcs.ports import Severity
 
 
-class Survey:
+class CoveredGround:
     """Notes the footprints of each step's frames and publishes the map of what has been covered."""
 
     def __init__(self, context: FlightContext, gallery: Gallery) -> None:

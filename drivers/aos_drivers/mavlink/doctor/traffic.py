@@ -34,7 +34,7 @@ class Sender:
     signature_checks: Counter[SignatureCheck] = field(default_factory=Counter)
     """Results of checking the signatures, where the link has a key."""
     message_counts: Counter[int] = field(default_factory=Counter)
-    """Packets by message id since ``Survey.start_rates``."""
+    """Packets by message id since ``Traffic.start_rates``."""
     loss: LossCounter = field(default_factory=LossCounter)
 
     @property
@@ -48,7 +48,7 @@ class Sender:
         return self.heartbeat is not None and self.heartbeat.type == mavlink.MAV_TYPE_GCS
 
 
-class Survey:
+class Traffic:
     """Count of what arrives, bounded to 512 addresses and 2048 senders; further ones are not counted."""
 
     def __init__(self, signers: Mapping[int, LinkSigner]) -> None:
