@@ -1,6 +1,8 @@
-"""Links between the project's documents lead somewhere, and the map names every page."""
+"""Links between documents lead somewhere, the map names every page, and the names in ARCHITECTURE.md exist."""
 
+import ast
 import re
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -41,7 +43,8 @@ def test_every_link_between_documents_leads_somewhere() -> None:
 
 def test_the_map_names_every_page() -> None:
     text = (ROOT / "docs" / "README.md").read_text(encoding="utf-8")
-    pages = {path.name for path in (ROOT / "docs").glob("*.md")} - {"README.md"}
+    docs = ROOT / "docs"
+    pages = {path.relative_to(docs).as_posix() for path in docs.rglob("*.md")} - {"README.md"}
     assert {page for page in pages if f"({page})" not in text} == set()
 
 
@@ -50,3 +53,53 @@ def test_a_dead_link_and_a_dead_anchor_are_seen(tmp_path: Path, monkeypatch) -> 
     page = tmp_path / "page.md"
     page.write_text("# One heading\n[a](other.md) [b](#none) [c](#one-heading) [d](https://example.org/x)\n")
     assert broken_links(page) == ["page.md: other.md", "page.md: #none"]
+
+
+# --- names in ARCHITECTURE.md ---------------------------------------------------------------------------------------
+
+LINKED_NAMES = re.compile(r"\[((?:`[\w.]+`(?:,? and |, )?)+)\]\((\w[\w/]*(?:\.py)?)\)")
+METHOD = re.compile(r"`([A-Z]\w+)\.(\w+)`")
+
+
+@cache
+def definitions(path: Path) -> set[str]:
+    """Classes, functions and methods (``Class.method``) that a module, or the modules of a package, define."""
+    found = set()
+    for module in [path] if path.is_file() else path.rglob("*.py"):
+        for node in ast.parse(module.read_text(encoding="utf-8")).body:
+            if isinstance(node, ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+                found.add(node.name)
+                found |= {
+                    f"{node.name}.{own.name}"
+                    for own in node.body
+                    if isinstance(node, ast.ClassDef) and isinstance(own, ast.FunctionDef | ast.AsyncFunctionDef)
+                }
+    return found
+
+
+def undefined_names(text: str) -> list[str]:
+    """Names in backticks that the module beside them does not define, and methods that no class has."""
+    missing = []
+    for names, target in LINKED_NAMES.findall(text):
+        path = ROOT / target
+        for name in re.findall(r"`([\w.]+)`", names):
+            is_module = name in {path.stem, *path.parts} or re.match(r"[a-z]\w*\.", name)
+            if not is_module and name not in definitions(path):
+                missing.append(f"{name} in {target}")
+    methods = METHOD.findall(text)
+    owners = re.compile(rf"^class ({'|'.join(owner for owner, _ in methods)})\b", re.MULTILINE)
+    modules = [path for folder in ("aos_gcs", "drivers") for path in (ROOT / folder).rglob("*.py")]
+    found = set().union(*(definitions(path) for path in modules if owners.search(path.read_text(encoding="utf-8"))))
+    return missing + [f"{owner}.{name}" for owner, name in methods if f"{owner}.{name}" not in found]
+
+
+def test_the_names_in_the_description_of_the_architecture_exist() -> None:
+    text = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
+    assert len(LINKED_NAMES.findall(text)) > 40
+    assert len(METHOD.findall(text)) > 8
+    assert undefined_names(text) == []
+
+
+def test_names_that_do_not_exist_are_seen() -> None:
+    text = "[`Launch.arm`](aos_gcs/mission/launch.py) [`Launch.fly`](aos_gcs/mission/launch.py) `Roster.forget`"
+    assert undefined_names(text) == ["Launch.fly in aos_gcs/mission/launch.py", "Launch.fly", "Roster.forget"]
