@@ -279,7 +279,7 @@ def _check_limits(plan: MissionPlan, settings: MissionSettings) -> Iterator[Plan
 def _check_legs(plan: MissionPlan, settings: MissionSettings) -> Iterator[PlanProblem]:
     count = planned_leg_count(plan, settings.imaging.plane_height_m)
     if count > MAX_LEGS:
-        text = f"The search area takes {count} legs, {MAX_LEGS} are allowed: make it smaller, or the spacing wider."
+        text = f"The search area takes {count} legs, {MAX_LEGS} are allowed: make it smaller, or widen the spacing."
         yield PlanProblem("area_enu_m", text)
 
 
@@ -299,7 +299,7 @@ def _warn(plan: MissionPlan, estimate: PlanEstimate) -> Iterator[PlanProblem]:
         yield PlanProblem(
             "ceiling_m",
             f"The highest layer is at {highest_m:g} m; most countries allow {USUAL_CEILING_M:g} m above the ground "
-            "without a permission: lower the layers or their spacing, or take fewer vehicles.",
+            "without a permission: lower the layers or their spacing, or fly fewer vehicles.",
             blocking=False,
         )
     if estimate.covered_fraction < GOOD_COVERAGE:
@@ -322,7 +322,7 @@ def _warn(plan: MissionPlan, estimate: PlanEstimate) -> Iterator[PlanProblem]:
         yield PlanProblem(
             "endurance_s",
             f"The flight takes {estimate.battery_fraction:.0%} of a battery, and the reserve leaves {left:.0%}: the "
-            "search ends before its last leg; make the area smaller or the vehicles more.",
+            "search ends before its last leg; use a smaller area or more vehicles.",
             blocking=False,
         )
 

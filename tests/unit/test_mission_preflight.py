@@ -190,7 +190,7 @@ async def test_homes_that_disagree_by_more_than_the_layers_bear_fail() -> None:
     changes = {"home": home, "position": home, "height_above_home_m": 0.0}
     check = (await altitude_checks(2.0, **changes))["home altitude"]
     assert (check.status, check.overridable) == (CheckStatus.FAIL, True)
-    assert check.text == "1.0 m above the middle one of all"
+    assert check.text == "1.0 m above the median of all"
     assert "0.2 m are allowed" in check.remedy
     assert (await altitude_checks(6.0, **changes))["home altitude"].status is CheckStatus.PASS
     assert (await altitude_checks(home=None))["home altitude"].text == "unknown"

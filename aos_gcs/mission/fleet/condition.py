@@ -96,7 +96,7 @@ def problems(state: VehicleState) -> dict[str, str]:
     most_mps2 = MAX_VIBRATION_METRIC_MPS2 if state.autopilot == "px4" else MAX_VIBRATION_MPS2
     if state.vibration_mps2 is not None and state.vibration_mps2 > most_mps2:
         level = f"{state.vibration_mps2:.0f} m/s²"
-        found[_VIBRATION] = f"it vibrates by {level}: its altitude may be wrong. Return it, and check its propellers"
+        found[_VIBRATION] = f"vibration of {level}: its altitude may be wrong. Return it, and check its propellers"
     drift = None if state.link is None else state.link.clock_drift
     if drift is not None and abs(drift) > MAX_CLOCK_DRIFT:
         found[_CLOCK] = f"its clock drifts by {1e3 * drift:+.1f} ms per second: the poses of its images may be wrong"

@@ -61,7 +61,7 @@ def _check_home(vehicle_id: int, homes_m: Mapping[int, float], most_m: float) ->
     if not others_m:
         return checks.passed(vehicle_id, checks.HOME_ALTITUDE, "alone")
     away_m = home_m - median(homes_m.values())
-    text = f"{abs(away_m):.1f} m {'above' if away_m > 0.0 else 'below'} the middle one of all"
+    text = f"{abs(away_m):.1f} m {'above' if away_m > 0.0 else 'below'} the median of all"
     if abs(away_m) > most_m:
         remedy = (
             f"{most_m:.1f} m are allowed: restart it where the sky is open, place all on level ground, use RTK, or "
