@@ -123,7 +123,7 @@ def test_a_terrain_hardly_moves_where_frames_do_not_tell_its_shift(
     terrain = str(level_terrain(tmp_path, 40.0))
     code, errors = run([*flight, "--autofocus", "-4,4", "--dem", terrain], tmp_path / "found.npy", capsys)
     assert code == 0, errors
-    match = re.search(r"terrain shifted by ([+-][\d.]+) ± ([\d.]+) m, mostly .*: the frames tell little", errors)
+    match = re.search(r"terrain shifted by ([+-][\d.]+) ± ([\d.]+) m, mostly .*: the images contain little", errors)
     assert match, errors
     assert abs(float(match[1])) < 1.0 < float(match[2])
     code, errors = run([*flight, "--dem", terrain, "--dem-offset", match[1]], tmp_path / "given.npy", capsys)

@@ -117,7 +117,7 @@ def test_obj_files(tmp_path: Path, faces: str, monkeypatch: pytest.MonkeyPatch) 
     [
         ("dem.obj", b"v 0 0 zero\n", "invalid line 1: 'v 0 0 zero'"),
         ("dem.obj", b"v 0 0 0\nf 0 1 2\n", "invalid line 2"),
-        ("dem.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n", "no mesh of finite vertices"),
+        ("dem.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n", "not a mesh of finite vertices"),
         ("dem.obj", b"v 0 0 0\nv 1 0 nan\nv 0 1 0\nf 1 2 3\n", "no mesh of finite vertices"),
         ("dem.obj", b"", "no mesh of finite vertices"),
         ("dem.obj", b"v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n", "no horizontal extent"),
