@@ -294,7 +294,7 @@ class SimulatedSwarm:
         self.attitude_errors.advance(self._step_s)
         guidance = _guidance(
             [vehicle.autopilot for vehicle in self.vehicles],
-            self.errors.estimate_enu_m,
+            self.errors.steered_enu_m,
             self.attitude_errors.estimate_rad[:, 2],
         )
         self.state = step(

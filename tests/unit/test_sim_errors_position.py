@@ -39,6 +39,22 @@ def test_errors_drift_slowly_about_a_constant_and_are_seeded() -> None:
     assert np.corrcoef(first, later)[0, 1] == pytest.approx(1.5**2 / (1.5**2 + 1.0), abs=0.05)
 
 
+def test_an_autopilot_does_not_shake_its_vehicle_by_the_noise_of_its_position() -> None:
+    process = PositionProcess(GNSS.position, 50, seed=1)
+    changes_m, far_m = [], []
+    for _ in range(200):
+        before_m = process.steered_enu_m
+        process.advance(0.1)
+        changes_m.append(process.steered_enu_m - before_m)
+        far_m.append(process.steered_enu_m - process.estimate_enu_m)
+    # Noise and drift of the estimate differ by 4 cm from one tenth of a second to the next.
+    assert np.std(changes_m) < 0.01
+    assert np.std(far_m) < 0.15
+    exact = PositionProcess(RTK.position, 50, seed=1)
+    exact.advance(0.1)
+    assert np.array_equal(exact.steered_enu_m, exact.estimate_enu_m)
+
+
 def test_an_estimate_can_run_away_from_the_true_height() -> None:
     process = PositionProcess(RTK.position, 2, seed=1)
     process.climb_mps[1] = 0.1

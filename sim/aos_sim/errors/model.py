@@ -96,6 +96,7 @@ GNSS = replace(
         drift_m=(0.6, 1.0),
         drift_s=120.0,
         white_m=(0.02, 0.03),
+        smoothing_s=1.0,
         barometer_m=0.3,
     ),
 )

@@ -38,6 +38,9 @@ class PositionErrors:
     """Correlation time of the drift."""
     white_m: tuple[float, float] = (0.0, 0.0)
     """White part of estimate and receiver: horizontal and vertical."""
+    smoothing_s: float = 0.0
+    """Time over which an autopilot smooths the estimate that it steers by; 0: not at all. Its filter follows satellites
+    alone more slowly than corrected positions: one that followed their noise at once would shake the vehicle."""
     barometer_m: float = 0.0
     """Drift of the barometer, with the same correlation time."""
     reported_m: tuple[float, float] | None = None
@@ -80,6 +83,7 @@ class PositionProcess:
         self._drift_m = self._rng.standard_normal(self._bias_m.shape) * drift_m
         self._barometer_m = self._rng.standard_normal(vehicles) * sizes.barometer_m
         self._white_m = self._white_rng.standard_normal(self._bias_m.shape) * white_m
+        self._steered_m = self._bias_m[0] + self._drift_m[0]
         self.climb_mps = np.zeros(vehicles)
         """Speed at which the estimated height runs away from the true one, shape (n,); a fault, such as of a barometer
         that warms up."""
@@ -96,13 +100,29 @@ class PositionProcess:
         self._barometer_m = drifted(self._rng, self._barometer_m, self.sizes.barometer_m, passed_s, correlation_s)
         self._white_m = self._white_rng.standard_normal(self._white_m.shape) * self._white_size_m
         self._since_step_s = 0.0
+        share = passed_s / (passed_s + self.sizes.smoothing_s)
+        self._steered_m = self._steered_m + share * (self._believed_m() - self._steered_m)
+
+    def _believed_m(self) -> FloatArray:
+        """Return the estimate's error but for what runs away, shape (n, 3)."""
+        return np.asarray(self._bias_m[0] + self._drift_m[0] + self._white_m[0])
+
+    @property
+    def steered_enu_m(self) -> FloatArray:
+        """What each autopilot takes its position for, smoothed, minus where it is, shape (n, 3)."""
+        if self.sizes.smoothing_s == 0.0:
+            return self.estimate_enu_m
+        return self._with_runaway(self._steered_m)
+
+    def _with_runaway(self, error_enu_m: FloatArray) -> FloatArray:
+        result = error_enu_m.copy()
+        result[:, _VERTICAL] += self._runaway_m
+        return result
 
     @property
     def estimate_enu_m(self) -> FloatArray:
         """What each vehicle believes minus where it is, shape (n, 3)."""
-        error_enu_m = self._bias_m[0] + self._drift_m[0] + self._white_m[0]
-        error_enu_m[:, _VERTICAL] += self._runaway_m
-        return np.asarray(error_enu_m)
+        return self._with_runaway(self._believed_m())
 
     @property
     def receiver_enu_m(self) -> FloatArray:

@@ -190,7 +190,7 @@ class FlownSwarm:
         lands_slowly = np.array([pilot.landing for pilot in self.pilots]) & (heights_m < SLOW_BELOW_M)
         return Guidance(
             lifting=np.array([pilot.lifting for pilot in self.pilots]),
-            target_enu_m=targets_enu_m - self.position_errors.estimate_enu_m,
+            target_enu_m=targets_enu_m - self.position_errors.steered_enu_m,
             speed_mps=np.array([pilot.speed_mps for pilot in self.pilots]),
             climb_mps=np.full(len(self.pilots), CLIMB_MPS),
             descent_mps=np.where(lands_slowly, LANDING_MPS, DESCENT_MPS),
