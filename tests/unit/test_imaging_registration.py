@@ -18,6 +18,8 @@ from aos_gcs.errors import ImagingError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose, nadir_pose
 from aos_gcs.geometry.projection import plane_to_image
+from aos_gcs.geometry.rotations import R_from_rotation_vector
+from aos_gcs.imaging.geolocation import Uncertainty
 from aos_gcs.imaging.model import Frame
 from aos_gcs.imaging.registration import pose_errors as registration_module
 from aos_gcs.imaging.registration.pose_errors import (
@@ -140,6 +142,35 @@ def test_errors_are_found_below_a_canopy() -> None:
     assert rms(rest[:, :2]) < 0.1
     assert np.degrees(np.abs(rest[:, 3])).max() < 0.2
     assert registration.confidence > 0.6
+
+
+def test_cameras_that_hang_askew_are_told_although_their_vehicles_turn_round() -> None:
+    """Their tilts turn with them: taken for tilts about fixed axes, those of both headings would cancel."""
+    rng = np.random.default_rng(8)
+    world, askew = World(8), rng.normal(0.0, math.radians(1.5), (N, 2))
+    registration = Registration(ErrorBudget(PoseSigmas(0.01, 0.01, math.radians(0.05), math.radians(1.5)), HARDLY))
+    for index in range(4):
+        frames = []
+        for vehicle, (right, forward) in enumerate(askew):
+            reported = nadir_pose([*rng.uniform(-6.0, 6.0, 2), 35.0 + vehicle], heading_rad=math.pi * (index % 2))
+            turn = R_from_rotation_vector([right, -forward, 0.0])
+            true = Pose(reported.position_enu_m, reported.R_cam2enu @ turn)
+            frames.append(Frame(vehicle, world.look(true, rng), ("grey",), reported, CAMERA))
+        registration = register(frames, registration, 0.0)
+    found = np.array([astuple(c)[4:] for c in registration.corrections().values()])
+    rest = (found - found.mean(axis=0)) - (askew - askew.mean(axis=0))
+    assert rms(np.degrees(rest)) < 0.3
+    (corrected_frame,) = apply_sure(registration, frames[:1], min_confidence=0.0)
+    expected = frames[0].pose.R_cam2enu @ R_from_rotation_vector([found[0, 0], -found[0, 1], 0.0])
+    assert corrected_frame.pose.R_cam2enu == pytest.approx(expected, abs=0.01)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
+def test_a_budget_is_that_of_the_poses_by_which_targets_are_located(share: float) -> None:
+    budget = ErrorBudget.of(Uncertainty(position_horizontal_m=1.0, persistent_share=share))
+    assert math.hypot(budget.lasting.offset_m, budget.passing.offset_m) == pytest.approx(1.0)
+    assert budget.lasting.offset_m**2 == pytest.approx(min(max(share, 0.05), 0.95))
+    assert ErrorBudget.of(Uncertainty(position_vertical_m=0.0)).lasting.height_m > 0.0
 
 
 @pytest.mark.slow

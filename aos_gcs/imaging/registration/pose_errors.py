@@ -18,6 +18,7 @@ from aos_gcs.errors import ImagingError
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.geometry.rotations import R_from_rotation_vector
 from aos_gcs.imaging.focal_plane import footprint
+from aos_gcs.imaging.geolocation import Uncertainty
 from aos_gcs.imaging.integral import check_frame
 from aos_gcs.imaging.model import Frame
 from aos_gcs.imaging.registration.adjustment import POSE_ERRORS, Gaussian, adjust
@@ -40,6 +41,11 @@ MIN_TIES_PER_FRAME = 4
 
 _JUDGED = np.array([0, 1, 3])
 """East, north and yaw among the errors of a pose: what the confidence is about."""
+
+_LEAST_SHARE = 0.05
+_LEAST_M = 0.001
+_LEAST_RAD = 1e-5
+"""Nothing is taken to be exact: what is known to be cannot be learnt, and its covariance has no inverse."""
 
 MIN_INLIER_SHARE = 0.5
 """Share of the ties of a step that must fit; else nothing is learnt from it. Simulated forests reach 0.5 to 0.95."""
@@ -70,6 +76,21 @@ class ErrorBudget:
     passing: PoseSigmas = PoseSigmas(0.16, 0.24, math.radians(0.7), math.radians(0.7))
     """Part that differs from one exposure to the next."""
 
+    @classmethod
+    def of(cls, uncertainty: Uncertainty) -> ErrorBudget:
+        """Return the budget of poses that are as uncertain as targets are located with."""
+        share = min(max(uncertainty.persistent_share, _LEAST_SHARE), 1.0 - _LEAST_SHARE)
+        lasting, passing = (
+            PoseSigmas(
+                max(factor * uncertainty.position_horizontal_m, _LEAST_M),
+                max(factor * uncertainty.position_vertical_m, _LEAST_M),
+                max(factor * uncertainty.yaw_rad, _LEAST_RAD),
+                max(factor * uncertainty.attitude_rad, _LEAST_RAD),
+            )
+            for factor in (math.sqrt(share), math.sqrt(1.0 - share))
+        )
+        return cls(lasting, passing)
+
 
 @dataclass(frozen=True, slots=True)
 class PoseCorrection:
@@ -91,7 +112,8 @@ class Registration:
     budget: ErrorBudget = field(default_factory=ErrorBudget)
     vehicle_ids: tuple[int, ...] = ()
     errors: Gaussian = field(default_factory=lambda: Gaussian(np.zeros(0), np.zeros((0, 0))))
-    """Lasting errors of one vehicle after the other, shape (``POSE_ERRORS`` n,)."""
+    """Lasting errors of one vehicle after the other, shape (``POSE_ERRORS`` n,), its tilts about its camera's own axes,
+    right and forward: a mount that hangs askew tilts a camera to the other side once its vehicle has turned."""
     inlier_share: float = 0.0
     """Share of the ties that fitted in the latest step that was learnt from."""
     steps: int = 0
@@ -116,9 +138,19 @@ class Registration:
         return np.asarray(np.sqrt(np.diag(self._relative_covariance())).reshape(-1, POSE_ERRORS))
 
     def corrections(self) -> Mapping[int, PoseCorrection]:
-        """Return the correction of each vehicle by its id; one of which little is known has a small one."""
+        """Return the correction of each vehicle, as it heads north, by its id.
+
+        One of which little is known has a small one.
+        """
         values = self.errors.mean.reshape(-1, POSE_ERRORS)
         return {i: PoseCorrection(*map(float, row)) for i, row in zip(self.vehicle_ids, values, strict=True)}
+
+    def corrected(self, vehicle_id: int, pose: Pose) -> Pose:
+        """Return a pose that a vehicle reports with its lasting errors corrected; that of an unknown one as it is."""
+        if vehicle_id not in self.vehicle_ids:
+            return pose
+        errors = _in_world(pose) @ self.errors.mean[_rows(self, [vehicle_id])]
+        return corrected(pose, PoseCorrection(*map(float, errors)))
 
     def _relative_covariance(self) -> NDArray[np.float64]:
         n = len(self.vehicle_ids)
@@ -137,13 +169,7 @@ def apply_sure(registration: Registration, frames: Sequence[Frame], min_confiden
     """Return frames with their poses corrected, or as they are while confidence is low or a vehicle is unknown."""
     if registration.confidence < min_confidence:
         return list(frames)
-    corrections = registration.corrections()
-    return [
-        replace(frame, pose=corrected(frame.pose, corrections[frame.vehicle_id]))
-        if frame.vehicle_id in corrections
-        else frame
-        for frame in frames
-    ]
+    return [replace(frame, pose=registration.corrected(frame.vehicle_id, frame.pose)) for frame in frames]
 
 
 def register(frames: Sequence[Frame], known: Registration, plane_height_m: float) -> Registration:
@@ -168,9 +194,9 @@ def register(frames: Sequence[Frame], known: Registration, plane_height_m: float
     for frame in frames:
         check_frame(frame, frames[0].bands)
     known = _with_vehicles(known, vehicle_ids)
-    rows = _rows(known, vehicle_ids)
-    prior = _of_frames(known, rows)
     ideal = [undistorted(frame) for frame in frames]
+    lasting = _lasting_of_frames(known, ideal)
+    prior = _of_frames(known, lasting)
     estimate, height_m, inlier_share = prior, plane_height_m, 0.0
     for edge_px, share, max_parallax in ROUNDS:
         poses = _corrected_poses(ideal, estimate.mean)
@@ -186,7 +212,7 @@ def register(frames: Sequence[Frame], known: Registration, plane_height_m: float
         height_m += solution.height_m
     if inlier_share < MIN_INLIER_SHARE:
         return known
-    learnt = _learnt(known.errors, rows, prior, _without_formation(prior, estimate, poses))
+    learnt = _learnt(known.errors, lasting, prior, _without_formation(prior, estimate, poses))
     return replace(known, errors=learnt, inlier_share=inlier_share, steps=known.steps + 1)
 
 
@@ -235,10 +261,27 @@ def _rows(known: Registration, vehicle_ids: Sequence[int]) -> NDArray[np.intp]:
     return np.asarray((first[:, np.newaxis] + np.arange(POSE_ERRORS)).ravel())
 
 
-def _of_frames(known: Registration, rows: NDArray[np.intp]) -> Gaussian:
+def _in_world(pose: Pose) -> NDArray[np.float64]:
+    """Return what takes errors with tilts about the camera's axes to those of its pose, shape (6, 6)."""
+    to_world = np.eye(POSE_ERRORS)
+    right, forward = pose.R_cam2enu[:, 0], -pose.R_cam2enu[:, 1]
+    east, north, up = np.column_stack((right, forward))
+    to_world[3:, 4:] = -up, east, north
+    return to_world
+
+
+def _lasting_of_frames(known: Registration, frames: Sequence[Frame]) -> NDArray[np.float64]:
+    """Return what takes the lasting errors of all vehicles to those of the frames' poses, shape (6 frames, 6 n)."""
+    parts = np.zeros((len(frames), POSE_ERRORS, len(known.errors.mean)))
+    for part, frame in zip(parts, frames, strict=True):
+        part[:, _rows(known, [frame.vehicle_id])] = _in_world(frame.pose)
+    return parts.reshape(-1, len(known.errors.mean))
+
+
+def _of_frames(known: Registration, lasting: NDArray[np.float64]) -> Gaussian:
     """Return what is known beforehand of the errors of frames: what lasts, and what passes with them."""
-    passing = np.tile(known.budget.passing.of_one(), len(rows) // POSE_ERRORS)
-    return Gaussian(known.errors.mean[rows], known.errors.covariance[np.ix_(rows, rows)] + np.diag(passing**2))
+    passing = np.tile(known.budget.passing.of_one(), len(lasting) // POSE_ERRORS)
+    return Gaussian(lasting @ known.errors.mean, lasting @ known.errors.covariance @ lasting.T + np.diag(passing**2))
 
 
 def _without_formation(before: Gaussian, after: Gaussian, poses: Sequence[Pose]) -> Gaussian:
@@ -262,9 +305,9 @@ def _without_formation(before: Gaussian, after: Gaussian, poses: Sequence[Pose])
     return Gaussian(before.mean + covariance @ (pull - doubt @ pull), (covariance + covariance.T) / 2.0)
 
 
-def _learnt(lasting: Gaussian, rows: NDArray[np.intp], before: Gaussian, after: Gaussian) -> Gaussian:
+def _learnt(known: Gaussian, lasting: NDArray[np.float64], before: Gaussian, after: Gaussian) -> Gaussian:
     """Return what is known of the lasting errors once those of frames, of which they are parts, are better known."""
-    gain = np.linalg.solve(before.covariance, lasting.covariance[rows]).T
-    mean = lasting.mean + gain @ (after.mean - before.mean)
-    covariance = lasting.covariance + gain @ (after.covariance - before.covariance) @ gain.T
+    gain = np.linalg.solve(before.covariance, lasting @ known.covariance).T
+    mean = known.mean + gain @ (after.mean - before.mean)
+    covariance = known.covariance + gain @ (after.covariance - before.covariance) @ gain.T
     return Gaussian(mean, (covariance + covariance.T) / 2.0)

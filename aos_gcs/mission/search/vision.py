@@ -16,7 +16,7 @@ from aos_gcs.geometry.poses import Pose
 from aos_gcs.imaging.focus.step import follow_focus
 from aos_gcs.imaging.focus.track import FocusTrack, overridden
 from aos_gcs.imaging.model import AnomalySource, Frame, KeptView, StepAnalysis
-from aos_gcs.imaging.registration.pose_errors import Registration, apply_sure, register
+from aos_gcs.imaging.registration.pose_errors import ErrorBudget, Registration, apply_sure, register
 from aos_gcs.imaging.step.analysis import analyse_examined, analyse_step
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.handler_watch import WORK_S, sign_of_life
@@ -52,7 +52,7 @@ class Vision:
         self._ground_m = 0.0
         """Height of the ground in the latest step; 0 where the focal plane does not follow it."""
         self._reported_height_m = self._focus.height_m
-        self._registration = Registration()
+        self._registration = Registration(ErrorBudget.of(context.settings.uncertainty))
         self._history: tuple[KeptView, ...] = ()
         """Views of earlier steps that are still part of the integral."""
         self._reported: list[Frame] = []
