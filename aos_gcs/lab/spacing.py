@@ -1,4 +1,4 @@
-"""Distances at which simulated vehicles stand and fly, by how well they know their positions.
+"""Distances at which simulated vehicles stand and fly, and what else follows from how well they know where they are.
 
 Preflight refuses layers and launch points that vehicles could miss by their errors: a study chooses them as a team in
 the field would.
@@ -35,6 +35,9 @@ class Spacing:
 
     Satellites alone tell heights of homes so badly that no layers would bear it: half of the missions would not start.
     What is known of the ground tells that it is level, and the altitudes are set by that."""
+    accuracy_m: tuple[float, float] | None = None
+    """Horizontal and vertical accuracy of positions that targets are located with, and poses are registered with from
+    the frames; None: what missions take it for, without registration."""
 
     def __post_init__(self) -> None:
         for name, value, high in (("layer", self.layers_m, 100.0), ("launch", self.launch_m, MAX_LAUNCH_M)):
@@ -45,7 +48,7 @@ class Spacing:
 _SPACINGS: Mapping[str, Spacing] = {
     # Heights known to 1.8 m need layers of 7.2 m. Two launch points whose places are each known to 1 m are reported at
     # the 4.9 m that they have to be apart, with twice the deviation to spare, at 8 m.
-    ErrorGrade.GNSS: Spacing(7.5, 10.0, _ON_LEVEL_GROUND),
+    ErrorGrade.GNSS: Spacing(7.5, 10.0, _ON_LEVEL_GROUND, (1.0, 1.8)),
 }
 
 
@@ -65,4 +68,5 @@ def spacing_for(errors: str, layers_m: float | None = None, launch_m: float | No
         usual.layers_m if layers_m is None else layers_m,
         usual.launch_m if launch_m is None else launch_m,
         usual.overrides,
+        usual.accuracy_m,
     )

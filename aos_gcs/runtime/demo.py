@@ -14,7 +14,7 @@ from typing import Any
 
 from aos_gcs.config.file import parse_config
 from aos_gcs.errors import ConfigurationError, LinkError
-from aos_gcs.lab.spacing import spacing_for
+from aos_gcs.lab.spacing import Spacing, spacing_for
 from aos_gcs.lab.worlds import ErrorGrade
 from aos_gcs.mission.coordinator import Coordinator
 from aos_gcs.mission.model.phase import Phase
@@ -194,6 +194,7 @@ def _tables(options: DemoOptions, link_port: int) -> dict[str, Any]:
         "detection": {"stop_at_first": True},
         "flight": {"layer_spacing_m": spacing.layers_m},
         "preflight": {"upload_fence": True, "set_return_height": True, "overrides": overrides},
+        **_uncertainty_tables(spacing),
         "deadlines": _real_deadlines(max(1.0, options.speed)),
         "safety": {
             "max_link_age_s": 3.0 * max(1.0, options.speed),
@@ -206,6 +207,14 @@ def _tables(options: DemoOptions, link_port: int) -> dict[str, Any]:
         },
         "record": {"folder": options.folder},
     }
+
+
+def _uncertainty_tables(spacing: Spacing) -> dict[str, Any]:
+    if spacing.accuracy_m is None:
+        return {}
+    horizontal_m, vertical_m = spacing.accuracy_m
+    uncertainty = {"position_horizontal_m": horizontal_m, "position_vertical_m": vertical_m}
+    return {"uncertainty": uncertainty, "registration": {"enabled": True}}
 
 
 def _real_deadlines(speed: float) -> dict[str, float]:

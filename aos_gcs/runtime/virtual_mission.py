@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from aos_gcs.clock import LoopClock
+from aos_gcs.imaging.geolocation import Uncertainty
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.lab.flights import Flight
 from aos_gcs.lab.spacing import Spacing
@@ -20,7 +21,7 @@ from aos_gcs.mission.model.phase import OutcomeRecord
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.steps import Picture, StepRecord
 from aos_gcs.mission.model.vehicles import SettingsRecord
-from aos_gcs.planning.settings import FlightSettings, MissionSettings, PreflightSettings
+from aos_gcs.planning.settings import FlightSettings, MissionSettings, PreflightSettings, RegistrationSettings
 from aos_gcs.ports import Capture
 from aos_gcs.runtime.demo_terrain import above_ground
 from aos_gcs.runtime.virtual_time import InlineWorker, run
@@ -117,10 +118,19 @@ def mission_settings(
             layer_spacing_m=apart.layers_m,
         ),
         preflight=PreflightSettings(upload_fence=True, set_return_height=ground is not None, overrides=apart.overrides),
+        uncertainty=_uncertainty(apart),
+        registration=RegistrationSettings(enabled=apart.accuracy_m is not None),
         auto_start=True,
         auto_return=True,
     )
     return settings if ground is None else above_ground(settings, ground)
+
+
+def _uncertainty(apart: Spacing) -> Uncertainty:
+    if apart.accuracy_m is None:
+        return Uncertainty()
+    horizontal_m, vertical_m = apart.accuracy_m
+    return Uncertainty(position_horizontal_m=horizontal_m, position_vertical_m=vertical_m)
 
 
 def fly(flight: Flight, settings: MissionSettings) -> FlownMission:

@@ -17,6 +17,8 @@ def test_service_and_simulator_are_told_the_distances_of_a_grade(errors: str, la
     settings = mission_settings(parse_config(_tables(options, 14550), source="demo"))
     assert settings.flight.layer_spacing_m == layers_m
     assert ("home altitude" in settings.preflight.overrides) == (errors == "gnss")
+    assert settings.registration.enabled == (errors == "gnss")
+    assert settings.uncertainty.position_horizontal_m == {"rtk": 0.5, "gnss": 1.0}[errors]
     command = _simulator_command(options, 14550, options.folder, options.folder)
     assert command[command.index("--launch-spacing") + 1] == launch_m
 

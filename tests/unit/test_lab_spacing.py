@@ -9,8 +9,11 @@ import pytest
 from aos_gcs.airspace.accuracy import CONFIDENCE, Accuracy, beside_errors_m, greatest_accuracy_m
 from aos_gcs.airspace.limits import UNLIMITED
 from aos_gcs.errors import ConfigurationError
+from aos_gcs.imaging.geolocation import Uncertainty
+from aos_gcs.lab.flights import FlightSettings, build_flight
 from aos_gcs.lab.missions.model import MissionsSettings
 from aos_gcs.lab.spacing import spacing_for
+from aos_gcs.runtime.virtual_mission import mission_settings
 from aos_sim.errors.model import GRADES
 
 
@@ -27,6 +30,20 @@ def test_what_is_set_takes_the_place_of_what_a_grade_needs() -> None:
     assert MissionsSettings(layer_spacing_m=9.0).spacing("gnss").layers_m == 9.0
     assert MissionsSettings(launch_spacing_m=12.0).spacing("rtk").launch_m == 12.0
     assert MissionsSettings().spacing("rtk").overrides == {}
+
+
+@pytest.mark.parametrize("grade", GRADES)
+def test_missions_without_corrections_reckon_with_their_accuracy_and_learn_poses_from_frames(grade: str) -> None:
+    flight = build_flight(FlightSettings(1, 2, 0.0, has_person=False, side_m=20.0, image_size_px=64, errors=grade))
+    settings = mission_settings(flight, 2, "aos-apso", 1, spacing=spacing_for(grade))
+    usual = Uncertainty()
+    if grade != "gnss":
+        assert (settings.uncertainty, settings.registration.enabled) == (usual, False)
+        return
+    horizontal_m, vertical_m = GRADES[grade].position.accuracy_m
+    assert settings.registration.enabled
+    assert settings.uncertainty.position_horizontal_m == pytest.approx(horizontal_m, abs=0.05)
+    assert settings.uncertainty.position_vertical_m == pytest.approx(vertical_m, abs=0.05)
 
 
 @pytest.mark.parametrize(("field", "value"), [("layer_spacing_m", 0.0), ("launch_spacing_m", math.nan)])
