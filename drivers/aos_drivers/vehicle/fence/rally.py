@@ -14,7 +14,11 @@ _RALLY = mavlink.MAV_MISSION_TYPE_RALLY
 
 
 class RallyCount:
-    """Request for the number of rally points; a vehicle that refuses it has none."""
+    """Request for the number of rally points.
+
+    A vehicle that does not support them has none. Any other receipt is for something else, or of a vehicle that is
+    busy: it is asked again.
+    """
 
     name = "report its rally points"
 
@@ -51,5 +55,8 @@ class RallyCount:
             return
         if message.get_msgId() == mavlink.MAVLINK_MSG_ID_MISSION_COUNT:
             self.count, self.due_s = message.count, -math.inf
-        elif message.get_msgId() == mavlink.MAVLINK_MSG_ID_MISSION_ACK:
+        elif (
+            message.get_msgId() == mavlink.MAVLINK_MSG_ID_MISSION_ACK
+            and message.type == mavlink.MAV_MISSION_UNSUPPORTED
+        ):
             self.count, self._is_ended = 0, True
