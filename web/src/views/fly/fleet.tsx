@@ -9,7 +9,7 @@ import { allHeights, heightWords } from "../../state/heights";
 import { extend, toggle } from "../../state/selection";
 import { texts } from "../../texts";
 import { Panel } from "../../ui/panel";
-import { useAtMostEvery } from "../../ui/use_at_most_every";
+import { useAtMostEvery } from "../../ui/pacing";
 
 const LOW_BATTERY_PERCENT = 25;
 const HIGH_LOSS_PERCENT = 5;
