@@ -42,6 +42,8 @@ MAX_LEGS = 100
 _DAY_S = 86_400.0
 _ROUNDING_M = 0.1
 """Margins are entered with one decimal."""
+_SLOWEST_MPS = 0.1
+"""Least speed of a flight: less is a slip of the pen."""
 _GREATEST = {
     **GREATEST_FLIGHT_SETTINGS,
     "endurance_s": _DAY_S,
@@ -178,6 +180,10 @@ def _check_numbers(plan: MissionPlan, settings: MissionSettings) -> Iterator[Pla
         value = getattr(plan, field)
         if not (math.isfinite(value) and value > 0.0):
             yield PlanProblem(field, f"This must be above 0, but is {value:g}.")
+    if 0.0 < plan.cruise_speed_mps < _SLOWEST_MPS:
+        yield PlanProblem(
+            "cruise_speed_mps", f"This must be {_SLOWEST_MPS:g} or more, but is {plan.cruise_speed_mps:g}."
+        )
     if not math.radians(1.0) < plan.camera_fov_rad < math.radians(170.0):
         yield PlanProblem("camera_fov_rad", "The field of view must lie between 1 and 170 degrees.")
     if not 0.0 <= plan.min_battery_fraction < 0.9:

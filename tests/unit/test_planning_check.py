@@ -65,6 +65,7 @@ def test_a_good_plan_has_no_problem() -> None:
         ({"layer_spacing_m": 1e300}, "layer_spacing_m", "100 or less"),
         ({"layer_spacing_m": 99.0, "vehicles": 12}, "layer_spacing_m", "The highest layer is at 1124 m"),
         ({"lowest_layer_m": 1e300}, "lowest_layer_m", "1000 or less"),
+        ({"cruise_speed_mps": 1e-300}, "cruise_speed_mps", "0.1 or more"),
         ({"cruise_speed_mps": 1e300}, "cruise_speed_mps", "50 or less"),
         ({"ceiling_m": 1e300}, "ceiling_m", "within 1000 m"),
         ({"floor_m": -1e300}, "floor_m", "within 1000 m"),
