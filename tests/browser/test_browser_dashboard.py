@@ -142,13 +142,13 @@ async def test_alerts_stay_until_they_are_acknowledged(page, service) -> None:
 async def test_a_failed_check_is_overridden_with_a_reason(page, service) -> None:
     await open_page(page, service.url, "prepare")
     cell = page.get_by_test_id(f"check-{SILENT_ID}-camera")
-    await expect(cell).to_have_attribute("data-verdict", "fail")
+    await expect(cell).to_have_attribute("data-status", "fail")
     await cell.focus()
     await expect(page.get_by_test_id("check-remedy")).to_have_text("check its power and radio")
     await expect(page.get_by_test_id("override-ok")).to_be_disabled()
     await page.get_by_test_id("override-reason").fill("stays here as a spare")
     await page.get_by_test_id("override-ok").click()
-    await expect(cell).to_have_attribute("data-verdict", "overridden")
+    await expect(cell).to_have_attribute("data-status", "overridden")
     await expect(page.get_by_test_id("check-override")).to_have_text("stays here as a spare")
 
 

@@ -48,15 +48,15 @@ async def answer_for_what_fails(page: Page) -> None:
     launch = page.get_by_test_id("launch")
     for vehicle_id in range(1, VEHICLES + 1):
         cell = page.get_by_test_id(f"check-{vehicle_id}-link-loss failsafe")
-        await expect(cell).to_have_attribute("data-verdict", "fail")
+        await expect(cell).to_have_attribute("data-status", "fail")
         await expect(launch).to_be_disabled()
         await cell.click()
         await expect(page.get_by_test_id("override-ok")).to_be_disabled()
         await page.get_by_test_id("override-reason").fill("a pilot stands by")
         await page.get_by_test_id("override-ok").click()
-        await expect(cell).to_have_attribute("data-verdict", "overridden")
+        await expect(cell).to_have_attribute("data-status", "overridden")
     await expect(launch).to_be_enabled()
-    await expect(page.locator("[data-verdict=fail]")).to_have_count(0)
+    await expect(page.locator("[data-status=fail]")).to_have_count(0)
 
 
 async def watch_the_search(page: Page) -> None:

@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 import type { PreflightCheck } from "../src/api/types";
-import { blockersOf, matrixOf, subjectOf, verdictOf } from "../src/views/prepare/checks";
+import { blockersOf, matrixOf, subjectOf, cellStatusOf } from "../src/views/prepare/checks";
 import { confirmedIds, proposedIds } from "../src/views/prepare/vehicles";
 
 const check = (vehicle_id: number, name: string, changes: Partial<PreflightCheck> = {}): PreflightCheck => ({
@@ -26,8 +26,8 @@ test("one row per vehicle, the mission's checks beside; a check that a vehicle l
 
 test("an override does not make a failed check look passed", () => {
   const overridden = { reason: "known", by: "Ada", utc_s: 0 };
-  expect(verdictOf(check(1, "link", { status: "fail", overridden }))).toBe("overridden");
-  expect(verdictOf(check(1, "link", { status: "warn" }))).toBe("warn");
+  expect(cellStatusOf(check(1, "link", { status: "fail", overridden }))).toBe("overridden");
+  expect(cellStatusOf(check(1, "link", { status: "warn" }))).toBe("warn");
 });
 
 test("an issue that blocks the launch of several vehicles is listed once", () => {

@@ -6,7 +6,8 @@ import { texts } from "../../texts";
 /** Vehicle number of checks that concern the mission as a whole. */
 export const MISSION_ID = 0;
 
-export type Verdict = "pass" | "warn" | "fail" | "overridden";
+/** Status of a check as its cell shows it. */
+export type CellStatus = "pass" | "warn" | "fail" | "overridden";
 
 export interface Matrix {
   /** Checks of the mission as a whole. */
@@ -26,7 +27,7 @@ export function matrixOf(checks: readonly PreflightCheck[]): Matrix {
   return { mission, names, rows: ids.map((id) => ({ id, checks: names.map((name) => find(id, name)) })) };
 }
 
-export function verdictOf({ status, overridden }: PreflightCheck): Verdict {
+export function cellStatusOf({ status, overridden }: PreflightCheck): CellStatus {
   return overridden === null ? status : "overridden";
 }
 

@@ -1,9 +1,9 @@
 /** Matrix of vehicles and checks: the Tab key stops once, and the arrow keys move from cell to cell. */
 import type { PreflightCheck } from "../../api/types";
 import { texts } from "../../texts";
-import { keyOf, type Matrix, nameOf, subjectOf, type Verdict, verdictOf } from "./checks";
+import { keyOf, type Matrix, nameOf, subjectOf, type CellStatus, cellStatusOf } from "./checks";
 
-const SIGNS: Readonly<Record<Verdict, string>> = { pass: "✓", warn: "!", fail: "✗", overridden: "⊘" };
+const SIGNS: Readonly<Record<CellStatus, string>> = { pass: "✓", warn: "!", fail: "✗", overridden: "⊘" };
 const STEPS: Readonly<Record<string, readonly [number, number]>> = {
   ArrowUp: [-1, 0],
   ArrowDown: [1, 0],
@@ -82,15 +82,15 @@ interface CellProps {
 }
 
 function Cell({ check, isChosen, isStop, onChoose }: CellProps) {
-  const verdict = verdictOf(check);
-  const word = verdict === "overridden" ? texts.prepare.overridden : texts.prepare.status[verdict];
+  const status = cellStatusOf(check);
+  const word = status === "overridden" ? texts.prepare.overridden : texts.prepare.status[status];
   const choose = (): void => onChoose(keyOf(check));
   return (
     <button
       type="button"
-      class={`cell is-${verdict}`}
+      class={`cell is-${status}`}
       data-testid={`check-${check.vehicle_id}-${check.name}`}
-      data-verdict={verdict}
+      data-status={status}
       aria-pressed={isChosen}
       tabIndex={isStop ? 0 : -1}
       aria-label={texts.prepare.cell(nameOf(check.name), subjectOf(check.vehicle_id), word)}
@@ -98,7 +98,7 @@ function Cell({ check, isChosen, isStop, onChoose }: CellProps) {
       onFocus={choose}
       onClick={choose}
     >
-      {SIGNS[verdict]}
+      {SIGNS[status]}
     </button>
   );
 }
