@@ -10,7 +10,7 @@ from aos_gcs.airspace.accuracy import CONFIDENCE, Accuracy, beside_errors_m, gre
 from aos_gcs.airspace.limits import UNLIMITED
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.imaging.geolocation import Uncertainty
-from aos_gcs.lab.flights import FlightSettings, build_flight
+from aos_gcs.lab.flights import FlightParameters, build_flight
 from aos_gcs.lab.missions.model import MissionsSettings
 from aos_gcs.lab.spacing import spacing_for
 from aos_gcs.runtime.virtual_mission import mission_settings
@@ -34,7 +34,7 @@ def test_what_is_set_takes_the_place_of_what_a_grade_needs() -> None:
 
 @pytest.mark.parametrize("grade", GRADES)
 def test_missions_without_corrections_reckon_with_their_accuracy_and_learn_poses_from_frames(grade: str) -> None:
-    flight = build_flight(FlightSettings(1, 2, 0.0, has_person=False, side_m=20.0, image_size_px=64, errors=grade))
+    flight = build_flight(FlightParameters(1, 2, 0.0, has_person=False, side_m=20.0, image_size_px=64, errors=grade))
     settings = mission_settings(flight, 2, "aos-apso", 1, spacing=spacing_for(grade))
     usual = Uncertainty()
     if grade != "gnss":
