@@ -225,9 +225,15 @@ def time_and_chance(nodes: list[ast.AST]) -> set[str]:
             name = resolved(node, full)
             if SOURCES.fullmatch(name) and name not in SEEDED:
                 found.add(name)
-        elif isinstance(node, ast.Call) and not (node.args or node.keywords) and resolved(node.func, full) in SEEDED:
+        elif isinstance(node, ast.Call) and is_unseeded(node) and resolved(node.func, full) in SEEDED:
             found.add(f"{resolved(node.func, full)}()")
     return found
+
+
+def is_unseeded(call: ast.Call) -> bool:
+    """Whether a generator is made without a seed, or with None for one."""
+    values = [*call.args, *(keyword.value for keyword in call.keywords)]
+    return all(isinstance(value, ast.Constant) and value.value is None for value in values)
 
 
 def resolved(node: ast.expr, full: dict[str, str]) -> str:
@@ -259,7 +265,8 @@ from datetime import datetime
 from numpy.random import default_rng
 from time import monotonic
 rng = np.random.default_rng()
-other = default_rng()
+other = default_rng(None)
+third = np.random.SeedSequence(entropy=None)
 np.random.normal()
 random.random()
 datetime.now()
@@ -269,6 +276,7 @@ np.random.default_rng(7)
 """
     assert time_and_chance(list(ast.walk(ast.parse(text)))) == {
         "numpy.random.default_rng()",
+        "numpy.random.SeedSequence()",
         "numpy.random.normal",
         "random.random",
         "datetime.datetime.now",
