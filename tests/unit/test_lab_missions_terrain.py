@@ -13,7 +13,7 @@ from aos_gcs.lab.flights import Flight, FlightParameters, build_flight
 from aos_gcs.lab.missions.model import MissionsSettings
 from aos_gcs.lab.missions.store import MissionsFolder
 from aos_gcs.lab.study_folder import SETTINGS_FILE
-from aos_gcs.planning.settings import FlightParameters as FlightPlan
+from aos_gcs.planning.settings import FlightSettings
 from aos_gcs.planning.terrain import ground_heights_m
 from aos_gcs.runtime.virtual_mission import mission_settings
 
@@ -26,9 +26,9 @@ def test_layers_lie_as_much_higher_as_the_highest_ground_of_the_area() -> None:
     flight = flight_over("slope:20")
     assert flight.highest_ground_m == pytest.approx(5.0)
     settings = mission_settings(flight, 3, "aos-apso", 1)
-    assert settings.flight.lowest_layer_m == pytest.approx(FlightPlan().lowest_layer_m + 5.0)
+    assert settings.flight.lowest_layer_m == pytest.approx(FlightSettings().lowest_layer_m + 5.0)
     level = mission_settings(flight_over("flat"), 3, "aos-apso", 1)
-    assert level.flight == FlightPlan()
+    assert level.flight == FlightSettings()
 
 
 def test_a_mission_over_relief_knows_its_ground(tmp_path: Path) -> None:
