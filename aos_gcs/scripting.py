@@ -269,9 +269,8 @@ class Swarm:
             raise MissionError(failed[0].describe())
         self._flight.limits, self._flight.ground = found.limits, found.ground
 
-    @staticmethod
-    def _takeoff(member: Member) -> Takeoff:
-        if (height_m := member.layer_above_home_m) is None:
+    def _takeoff(self, member: Member) -> Takeoff:
+        if (height_m := self._roster.layers.above_home_m(member)) is None:
             raise MissionError(f"vehicle {member.vehicle_id} has no altitude layer: await get_ready() first")
         return Takeoff(height_m)
 

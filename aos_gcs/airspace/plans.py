@@ -1,4 +1,7 @@
-"""Vetting of planned waypoints in one situation of the traffic, with paths around what blocks the straight ones."""
+"""Vetting of planned waypoints in one situation of the traffic, with paths around what blocks the straight ones.
+
+Where the altitude layers follow the ground, a way is flown in straight pieces that stay near its layer.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +13,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.airspace.detours import Detours
 from aos_gcs.airspace.limits import SafetyLimits
+from aos_gcs.airspace.reference_surface import LEVEL, ReferenceSurface
 from aos_gcs.airspace.terrain import GroundRaster
 from aos_gcs.airspace.traffic import Obstacle, WaypointRequest
 from aos_gcs.airspace.vetting import vet_waypoints
@@ -42,21 +46,24 @@ def vet_plan(
     situation: TrafficSituation,
     detours: Detours,
     ground: GroundRaster | None = None,
+    surface: ReferenceSurface = LEVEL,
 ) -> tuple[WaypointRecord, ...]:
     """Check planned waypoints, shape (3,) each, against the limits, each other and all other airborne vehicles.
 
-    Where a boundary blocks the straight path and there is a path around it, the next corner of that is granted.
+    Where a boundary blocks the straight path and there is a path around it, the next corner of that is granted; where
+    the straight path would leave the layer of its waypoint, the first piece of it.
 
     Args:
         planned_enu_m: waypoint by vehicle id, for each vehicle of the situation that may be sent, or has left.
         situation: state of the traffic.
         detours: those of the situation.
         ground: ground that the situation's limits refer to.
+        surface: surface that the altitude layers are offset from.
     """
-    moving = _first_legs(detours, situation.movable, planned_enu_m)
+    moving, cut = _first_legs(detours, situation.movable, planned_enu_m, surface)
     vetted = vet_waypoints(moving, situation.obstacles, situation.limits, ground)
     left = [_left(vehicle_id, planned_enu_m[vehicle_id], reason) for vehicle_id, reason in situation.left.items()]
-    return (*(_as_planned(record, planned_enu_m[record.vehicle_id]) for record in vetted), *left)
+    return (*(_as_planned(record, planned_enu_m[record.vehicle_id], cut) for record in vetted), *left)
 
 
 def reached(positions_enu_m: Sequence[FloatArray], places_m: FloatArray, detours: Detours) -> NDArray[np.bool_]:
@@ -69,30 +76,40 @@ def reached(positions_enu_m: Sequence[FloatArray], places_m: FloatArray, detours
 
 
 def _first_legs(
-    detours: Detours, movable: Sequence[WaypointRequest], planned_enu_m: Mapping[int, FloatArray]
-) -> list[WaypointRequest]:
-    """Return requests for the waypoints, or for the next corners of the paths around what blocks the straight ones."""
+    detours: Detours,
+    movable: Sequence[WaypointRequest],
+    planned_enu_m: Mapping[int, FloatArray],
+    surface: ReferenceSurface,
+) -> tuple[list[WaypointRequest], Mapping[int, str]]:
+    """Return requests for the waypoints, or for what comes first on the ways there, and why that is, by id."""
     planned = {one.vehicle_id: np.asarray(planned_enu_m[one.vehicle_id], dtype=np.float64) for one in movable}
     finite = [one for one in movable if np.isfinite(planned[one.vehicle_id]).all()]
     corners_m = detours.next_corners(
         np.array([one.position_enu_m[:2] for one in finite]).reshape(-1, 2),
         np.array([planned[one.vehicle_id][:2] for one in finite]).reshape(-1, 2),
     )
+    cut = {}
     for one, corner_m in zip(finite, corners_m, strict=True):
-        if corner_m is not None:
-            planned[one.vehicle_id] = np.array([*corner_m, planned[one.vehicle_id][2]])
-    return [replace(one, requested_enu_m=planned[one.vehicle_id]) for one in movable]
+        end_m = planned[one.vehicle_id][:2] if corner_m is None else corner_m
+        share = surface.straight_share(one.position_enu_m, end_m)
+        if corner_m is None and share == 1.0:
+            continue
+        cut[one.vehicle_id] = "along the ground" if corner_m is None else "around the geofence or a no-go zone"
+        place_m = end_m if share == 1.0 else one.position_enu_m[:2] + share * (end_m - one.position_enu_m[:2])
+        layer_m = planned[one.vehicle_id][2] - surface.at(planned[one.vehicle_id])
+        planned[one.vehicle_id] = np.array([*place_m, layer_m + surface.at(place_m)])
+    return [replace(one, requested_enu_m=planned[one.vehicle_id]) for one in movable], cut
 
 
-def _as_planned(record: WaypointRecord, planned_enu_m: FloatArray) -> WaypointRecord:
-    """Return what became of the planned waypoint, where a corner on the path to it was vetted."""
+def _as_planned(record: WaypointRecord, planned_enu_m: FloatArray, cut: Mapping[int, str]) -> WaypointRecord:
+    """Return what became of the planned waypoint, where the first part of the way to it was vetted."""
     planned = as_enu_point(planned_enu_m)
     if record.requested_enu_m == planned or not np.isfinite(planned_enu_m).all():
         return record
     if record.verdict is not WaypointVerdict.SENT:
         return replace(record, requested_enu_m=planned)
     east_m, north_m, _ = record.requested_enu_m
-    reason = f"around the geofence or a no-go zone, by {east_m:.0f} m east, {north_m:.0f} m north"
+    reason = f"{cut[record.vehicle_id]}, by {east_m:.0f} m east, {north_m:.0f} m north"
     return replace(record, requested_enu_m=planned, verdict=WaypointVerdict.SHORTENED, reason=reason)
 
 

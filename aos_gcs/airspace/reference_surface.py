@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -22,8 +23,12 @@ RADIUS_M = 10.0
 """Distance, along east and north, up to which no ground is above the surface at a place."""
 BEND_M = 10.0
 """Distance, along east and north, over which the slope is averaged."""
+STRAIGHT_M = 0.25
+"""Greatest distance above or below the surface of a straight piece of a way along it. With layers of 2 m and RTK,
+vehicles in neighbouring layers still pass one another."""
 FINEST_STEP_M = 4.0
 MAX_NODES = 250_000
+_SAMPLE_M = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +40,21 @@ class ReferenceSurface:
     step_m: float
     heights_m: FloatArray
     """Heights at the nodes, shape (rows, columns); rows go north, columns east."""
+
+    @cached_property
+    def lowest_m(self) -> float:
+        """Height of its lowest place."""
+        return float(self.heights_m.min())
+
+    @cached_property
+    def highest_m(self) -> float:
+        """Height of its highest place."""
+        return float(self.heights_m.max())
+
+    @property
+    def is_level(self) -> bool:
+        """Whether it has the same height everywhere."""
+        return self.lowest_m == self.highest_m
 
     def height_m(self, places_enu_m: FloatArray) -> FloatArray:
         """Return the heights above the origin at places, shape (n, 2)."""
@@ -52,7 +72,32 @@ class ReferenceSurface:
 
     def at(self, place_enu_m: FloatArray) -> float:
         """Return the height above the origin at a place; its first two coordinates count."""
+        if self.is_level:
+            return self.lowest_m
         return float(self.height_m(np.asarray(place_enu_m, dtype=np.float64)[None, :2])[0])
+
+    def straight_share(self, start_enu_m: FloatArray, end_enu_m: FloatArray) -> float:
+        """Return up to which share of a way a straight line between places on the surface stays near it.
+
+        Args:
+            start_enu_m: start of the way; the first two coordinates count.
+            end_enu_m: its end.
+        """
+        way_m = np.asarray(end_enu_m[:2] - start_enu_m[:2], dtype=np.float64)
+        count = math.ceil(float(np.hypot(*way_m)) / _SAMPLE_M)
+        if self.is_level or count < 2:
+            return 1.0
+        shares = np.arange(1, count + 1) / count
+        rises_m = self.height_m(start_enu_m[:2] + shares[:, None] * way_m) - self.at(start_enu_m)
+        # Lines from the start that are near the surface at all samples up to each.
+        least = np.maximum.accumulate((rises_m - STRAIGHT_M) / shares)
+        most = np.minimum.accumulate((rises_m + STRAIGHT_M) / shares)
+        slopes = rises_m / shares
+        return float(shares[np.flatnonzero((least <= slopes) & (slopes <= most))[-1]])
+
+
+LEVEL = ReferenceSurface(0.0, 0.0, FINEST_STEP_M, np.zeros((1, 1)))
+"""The surface of layers that do not follow the ground: level, at the height of the origin."""
 
 
 def reference_surface(

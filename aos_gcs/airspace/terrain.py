@@ -76,6 +76,16 @@ class GroundRaster:
         rows, columns = self.highest_m.shape
         return rows, columns
 
+    @cached_property
+    def bottom_m(self) -> float:
+        """Height above the origin that no known ground is below; 0 where none is known."""
+        if np.isnan(self.lowest_m).all():
+            return 0.0
+        rows, columns = self.shape
+        corners = np.array([(row, column) for row in (0.0, rows) for column in (0.0, columns)])
+        drop_m = float(self.to_cells.at(self.to_enu.at(corners))[:, 2].max())
+        return float(np.nanmin(self.lowest_m)) - max(0.0, drop_m) + self.offsets_m[0]
+
     def bounds_at(self, places_enu_m: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the lowest and the highest ground in the cells of places, shape (n, 2); NaN where it is not known."""
         cells = self.to_cells.at(np.asarray(places_enu_m, dtype=np.float64))

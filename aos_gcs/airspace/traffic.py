@@ -62,12 +62,16 @@ class Obstacle:
     waypoint_enu_m: FloatArray | None = None
     """Waypoint that it was sent to, shape (3,): the segment to it is occupied, too."""
     column: bool = False
-    """Whether it returns, lands or climbs: everything between the ground and ``top_m`` is occupied."""
+    """Whether it returns, lands or climbs: everything between ``bottom_m`` and ``top_m`` is occupied."""
     top_m: float | None = None
     """Height above the origin that a climbing vehicle will reach; None: its present height."""
+    bottom_m: float = 0.0
+    """Height above the origin down to which it may descend."""
     home_enu_m: FloatArray | None = None
     """Launch point, shape (3,), that its autopilot returns to: the path there and the column above it are occupied,
     too."""
+    return_up_m: float | None = None
+    """Height above the origin to which its autopilot climbs before it returns; None: it returns at its present one."""
     accuracy: Accuracy = EXACT
     stop_enu_m: FloatArray | None = None
     """Place where it would come to a stop if it were told to now, shape (3,): the segment to it is occupied, too."""
@@ -75,12 +79,20 @@ class Obstacle:
     def segments(self) -> FloatArray:
         """Return the segments on which the vehicle may be, shape (k, 2, 3)."""
         here = np.array(self.position_enu_m, dtype=np.float64)
-        segments = [_column(here, self.top_m) if self.column else np.array([here, here])]
+        segments = [self._column(here) if self.column else np.array([here, here])]
         segments += [np.array([here, end]) for end in (self.waypoint_enu_m, self.stop_enu_m) if end is not None]
         if self.home_enu_m is not None:
-            above_home = np.array([*self.home_enu_m[:2], here[2]])
-            segments += [np.array([here, above_home]), _column(above_home, self.top_m)]
+            return_m = here[2] if self.return_up_m is None else max(here[2], self.return_up_m)
+            begin, above_home = np.array([*here[:2], return_m]), np.array([*self.home_enu_m[:2], return_m])
+            segments += [np.array([begin, above_home]), self._column(above_home)]
         return np.array(segments)
+
+    def _column(self, position_enu_m: FloatArray) -> FloatArray:
+        """Return all that it occupies above and below a place on its way."""
+        low, high = position_enu_m.copy(), position_enu_m.copy()
+        low[2] = min(self.bottom_m, low[2])
+        high[2] = max(height_m for height_m in (high[2], self.top_m, self.return_up_m) if height_m is not None)
+        return np.array([low, high])
 
     def is_near(self, start_enu_m: FloatArray, end_enu_m: FloatArray, accuracy: Accuracy, separation_m: float) -> bool:
         """Return whether another vehicle on a straight path, ends of shape (3,), may come within the separation.
@@ -100,13 +112,6 @@ class Obstacle:
             for one in clearances(separation_m, *np.atleast_2d(errors_m).T)
             for scale, wide_m in zip(one.scale(), one.wide_m, strict=True)
         )
-
-
-def _column(position_enu_m: FloatArray, top_m: float | None) -> FloatArray:
-    low, high = position_enu_m.copy(), position_enu_m.copy()
-    low[2] = min(0.0, low[2])
-    high[2] = max(high[2], high[2] if top_m is None else top_m)
-    return np.array([low, high])
 
 
 @dataclass(frozen=True, slots=True)

@@ -212,7 +212,7 @@ class Launch:
             *self._ground,
         ]
         for member in members:
-            bounds = return_bounds(member, self._clearance)
+            bounds = return_bounds(roster, member, self._clearance)
             found += check_setup(member.state, inspections[member.vehicle_id], bounds)
         return checks.in_order(found)
 
@@ -276,6 +276,6 @@ class Launch:
         )
 
     def _takeoff(self, member: Member) -> Takeoff:
-        if (height_m := member.layer_above_home_m) is None:
+        if (height_m := self._context.roster.layers.above_home_m(member)) is None:
             raise RuntimeError(f"vehicle {member.vehicle_id} has no altitude layer")
         return Takeoff(height_m)

@@ -13,8 +13,14 @@ def check_resume(roster: Roster) -> None:
     """Check that a suspended search has a swarm to go on with: without one it would end, and land all.
 
     Raises:
-        MissionError: too few vehicles can be resumed now; those that come back can be later.
+        MissionError: too few vehicles can be resumed now, and those that come back can be later; or the heights of
+            their layers are not known.
     """
+    if roster.layers.surface is None:
+        raise MissionError(
+            "Cannot resume: the altitude layers follow an elevation model that is not loaded. Return or land the "
+            "vehicles."
+        )
     members = roster.members(Task.SWARM, Task.HELD, Task.LOST)
     unable = {member.vehicle_id: refusal for member in members if (refusal := _refusal(member)) is not None}
     able = len(members) - len(unable)

@@ -12,6 +12,7 @@ from aos_gcs.airspace.accuracy import Accuracy, beside_errors_m
 from aos_gcs.airspace.detours import Detours
 from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.airspace.plans import TrafficSituation, vet_plan
+from aos_gcs.airspace.reference_surface import LEVEL
 from aos_gcs.airspace.stopping import DECELERATION_MPS2
 from aos_gcs.airspace.terrain import GroundRaster
 from aos_gcs.airspace.traffic import Obstacle, WaypointRequest
@@ -114,7 +115,9 @@ class FlightControl:
             tasks: tasks whose vehicles may be moved; one that has got another task since it was planned is held.
             returning: the vehicles return, which a low battery must not prevent.
         """
-        return vet_plan(requests, self.situation(requests, tasks, returning=returning), self.detours, self.ground)
+        situation = self.situation(requests, tasks, returning=returning)
+        # Without the surface no waypoint is in a layer: what is asked for is a place of its own.
+        return vet_plan(requests, situation, self.detours, self.ground, self._roster.layers.surface or LEVEL)
 
     def situation(
         self, vehicle_ids: Iterable[int], tasks: frozenset[Task] = _SWARM, *, returning: bool = False
@@ -221,6 +224,7 @@ class FlightControl:
         probably does, also the path to its launch point.
         """
         obstacles = []
+        layers, bottom_m = self._roster.layers, self._bottom_m
         for member in self._roster.members():
             position_enu_m = self._roster.position_enu_m(member)
             if member.vehicle_id in moving_ids or not member.airborne or position_enu_m is None:
@@ -228,14 +232,18 @@ class FlightControl:
             is_lost, command = member.task is Task.LOST, member.last_command
             goes_home = is_lost or member.state.mode is FlightMode.RETURN or isinstance(command, ReturnToLaunch)
             climbs = isinstance(command, Takeoff) and not self._roster.is_in_layer(member)
+            top_enu_m = layers.at(member, position_enu_m) if climbs else None
+            climbs_to_return = goes_home and layers.surface is not None and not layers.surface.is_level
             obstacle = Obstacle(
                 member.vehicle_id,
                 position_enu_m,
                 waypoint_enu_m=_destination_enu_m(member),
                 stop_enu_m=self._stop_enu_m(member, position_enu_m),
                 column=goes_home or climbs or not member.follows_us or isinstance(command, Land),
-                top_m=member.layer_height_m if climbs else None,
+                top_m=None if top_enu_m is None else float(top_enu_m[2]),
+                bottom_m=bottom_m,
                 home_enu_m=member.home_enu_m if goes_home else None,
+                return_up_m=layers.return_up_m(member) if climbs_to_return else None,
                 accuracy=self.accuracy(member),
             )
             obstacles.append(obstacle)
@@ -273,8 +281,13 @@ class FlightControl:
         position_enu_m = self._roster.position_enu_m(member)
         if position_enu_m is None:
             return None
-        ground_enu_m = np.array([*position_enu_m[:2], min(0.0, position_enu_m[2])])
+        ground_enu_m = np.array([*position_enu_m[:2], min(self._bottom_m, position_enu_m[2])])
         return self.blocks_path(member, position_enu_m, ground_enu_m, ignored)
+
+    @property
+    def _bottom_m(self) -> float:
+        """Height above the origin down to which vehicles may descend."""
+        return 0.0 if self.ground is None else min(0.0, self.ground.bottom_m)
 
     def _battery_per_m(self, member: Member) -> float | None:
         per_s = member.battery.per_s
@@ -357,7 +370,7 @@ class FlightControl:
     def _reachable(self, place_enu_m: NDArray[np.float64]) -> NDArray[np.float64]:
         if self._detours is None:
             return place_enu_m
-        return np.array([*self._detours.reachable(place_enu_m[:2]), place_enu_m[2]])
+        return self._roster.layers.moved(place_enu_m, self._detours.reachable(place_enu_m[:2]))
 
     def is_at(self, member: Member, target_enu_m: NDArray[np.float64]) -> bool:
         """Return whether the vehicle was sent to this very place, shape (3,), and hovers there."""

@@ -77,10 +77,12 @@ class Joining:
         home_enu_m = roster.launch_point_enu_m(member)
         if limits is None or home_enu_m is None:
             return Refusal("its home position is not known yet")
+        if roster.layers.surface is None:
+            return Refusal("the elevation model that its altitude layer follows is not loaded")
         for boundary in limits.boundaries():
             if boundary.depth_m(home_enu_m[:2]) <= 0.0:
                 return Refusal(f"its launch point lies on the wrong side of {boundary.name}")
-        layer_height_m = self._free_layer_m(member, limits.ceiling_m)
+        layer_height_m = self._free_layer_m(member, limits.ceiling_m - roster.layers.surface.highest_m)
         if layer_height_m is None:
             return Refusal(f"no altitude layer is free below the ceiling at {limits.ceiling_m:.0f} m")
         for other in context.roster.members(Task.LANDED):
@@ -89,8 +91,8 @@ class Joining:
         member.home_enu_m, member.layer_height_m = home_enu_m, layer_height_m
         return None
 
-    def _free_layer_m(self, member: Member, ceiling_m: float) -> float | None:
-        """Return the lowest layer that no vehicle in the air has, such as that of one that left the swarm."""
+    def _free_layer_m(self, member: Member, highest_m: float) -> float | None:
+        """Return the lowest layer, up to a height, that no vehicle in the air has, such as one that left the swarm."""
         flight = self._context.settings.flight
         taken_m = [
             other.layer_height_m
@@ -98,7 +100,7 @@ class Joining:
             if other is not member and other.layer_height_m is not None
         ]
         layer_height_m = flight.lowest_layer_m
-        while layer_height_m <= ceiling_m:
+        while layer_height_m <= highest_m:
             if all(abs(layer_height_m - other_m) > 0.5 * flight.layer_spacing_m for other_m in taken_m):
                 return layer_height_m
             layer_height_m += flight.layer_spacing_m
@@ -106,9 +108,9 @@ class Joining:
 
     def _above(self, member: Member) -> int | None:
         """Return the id of a vehicle that is, or may come, too near to the column above the launch point."""
-        if member.home_enu_m is None or member.layer_height_m is None:
+        top_enu_m = self._context.roster.layers.at(member, member.home_enu_m)
+        if member.home_enu_m is None or top_enu_m is None:
             raise RuntimeError(f"vehicle {member.vehicle_id} has no altitude layer")
-        top_enu_m = np.array([*member.home_enu_m[:2], member.layer_height_m])
         return self._context.flight.blocks_path(member, member.home_enu_m, top_enu_m)
 
     async def _bring(self, member: Member) -> None:
@@ -117,7 +119,7 @@ class Joining:
         if await context.flight.command(member, Arm()) is not None:
             context.roster.assign(member, Task.IDLE)
             return
-        if (height_m := member.layer_above_home_m) is None:
+        if (height_m := context.roster.layers.above_home_m(member)) is None:
             raise RuntimeError(f"vehicle {member.vehicle_id} has no altitude layer")
         refusal = await context.flight.command(member, Takeoff(height_m), context.settings.deadlines.takeoff_s)
         if refusal is not None and not member.airborne:
@@ -141,6 +143,4 @@ class Joining:
         """Return the place in its layer above or below the middle of the swarm; None if there is no swarm."""
         roster = self._context.roster
         places = [p for other in roster.members(Task.SWARM) if (p := roster.position_enu_m(other)) is not None]
-        if not places or member.layer_height_m is None:
-            return None
-        return np.array([*np.mean(places, axis=0)[:2], member.layer_height_m])
+        return roster.layers.at(member, np.mean(places, axis=0)) if places else None

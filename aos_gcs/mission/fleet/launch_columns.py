@@ -27,10 +27,11 @@ def _is_low_at_home(context: FlightContext, member: Member, reach_m: float) -> b
     roster, position_enu_m = context.roster, context.roster.position_enu_m(member)
     if not (member.takes_part and member.follows_us) or position_enu_m is None:
         return False
-    if member.home_enu_m is None or member.layer_height_m is None or roster.is_in_layer(member):
+    column_enu_m = roster.own_column_enu_m(member)
+    if member.home_enu_m is None or column_enu_m is None or roster.is_in_layer(member):
         return False
     beside_m = float(np.hypot(*(position_enu_m - member.home_enu_m)[:2]))
-    return beside_m <= reach_m and float(position_enu_m[2]) < member.layer_height_m
+    return beside_m <= reach_m and float(position_enu_m[2]) < float(column_enu_m[2])
 
 
 def _is_free(context: FlightContext, member: Member, low: Iterable[Member]) -> bool:

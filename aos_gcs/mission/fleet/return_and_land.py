@@ -273,9 +273,8 @@ class ReturnAndLand:
         has_landed = member.state.mode in _COMING_DOWN and not member.airborne and not member.taken_over
         return not member.has_pilot and (member.obeys_return or is_told_to_land or has_landed)
 
-    @staticmethod
-    def _can_fly_home(member: Member) -> bool:
-        has_place = member.home_enu_m is not None and member.layer_height_m is not None
+    def _can_fly_home(self, member: Member) -> bool:
+        has_place = self._context.roster.layers.at(member, member.home_enu_m) is not None
         return member.airborne and member.follows_us and has_place
 
     def _is_astray(self, member: Member) -> bool:
@@ -293,10 +292,7 @@ class ReturnAndLand:
 
     def _above_home(self, member: Member) -> NDArray[np.float64] | None:
         """Return the position in a vehicle's layer above its landing place; None if that is not known."""
-        place_enu_m = self._landing_place(member)
-        if place_enu_m is None or member.layer_height_m is None:
-            return None
-        return np.array([*place_enu_m[:2], member.layer_height_m])
+        return self._context.roster.layers.at(member, self._landing_place(member))
 
     def _landing_place(self, member: Member) -> NDArray[np.float64] | None:
         """Return a vehicle's launch point, or its own spot about the return point where the plan has one."""
@@ -349,7 +345,11 @@ class ReturnAndLand:
         context.journal.set_message("Landing: moving apart first.")
         for member, _ in located:
             context.roster.assign(member, Task.LANDING)
-        requests = {member.vehicle_id: target for (member, _), target in zip(located, apart_enu_m, strict=True)}
+        layers = context.roster.layers
+        requests = {
+            member.vehicle_id: layers.moved(position_enu_m, target_enu_m[:2])
+            for (member, position_enu_m), target_enu_m in zip(located, apart_enu_m, strict=True)
+        }
         await context.flight.transfer(requests, frozenset({Task.LANDING}), returning=True)
 
     def _report_landings(self) -> None:

@@ -44,7 +44,7 @@ class ReturnHeights:
 
     def wanted_m(self, member: Member) -> float | None:
         """Return the failsafe return height above home that a vehicle is to have; None where it is left unchanged."""
-        height_m = member.layer_above_home_m if self._is_wanted else None
+        height_m = self._context.roster.layers.return_above_home_m(member) if self._is_wanted else None
         return None if height_m is None else round(height_m, _DECIMALS)
 
     async def adopt(self, member: Member, facts: VehicleFacts) -> None:

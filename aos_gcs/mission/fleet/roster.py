@@ -14,6 +14,7 @@ from aos_gcs.errors import MissionError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.mission.fleet.datum import LaunchGround, home_altitude_m, is_grounded
 from aos_gcs.mission.fleet.energy import BatteryMeter
+from aos_gcs.mission.fleet.layers import Layers
 from aos_gcs.mission.fleet.tasks import check_task, task_when_heard_again
 from aos_gcs.mission.fleet.turn import Turn
 from aos_gcs.mission.model.vehicles import Task, VehicleSnapshot
@@ -45,6 +46,7 @@ class Member:
     is_chosen: bool = False
     """Whether it was chosen to fly the mission; ``Roster.choose`` sets it."""
     layer_height_m: float | None = None
+    """Height of its altitude layer above the reference surface of all layers."""
     home_enu_m: NDArray[np.float64] | None = None
     """Launch point, where its autopilot returns to."""
     altitude_offset_m: float = 0.0
@@ -104,13 +106,6 @@ class Member:
     def state(self) -> VehicleState:
         """Latest telemetry."""
         return self.vehicle.state
-
-    @property
-    def layer_above_home_m(self) -> float | None:
-        """Height of its altitude layer above its home; None while one of both is not known."""
-        if self.layer_height_m is None or self.home_enu_m is None:
-            return None
-        return self.layer_height_m - float(self.home_enu_m[2])
 
     @property
     def airborne(self) -> bool:
@@ -188,6 +183,7 @@ class Roster:
         self.frame: LocalFrame | None = None
         self.ground: LaunchGround | None = None
         """Ground at the launch points, as surveyed by preflight; None: altitudes are taken as they are reported."""
+        self.layers = Layers()
 
     def refresh(self) -> list[Member]:
         """Take in vehicles that the fleet has found since the last call, and return them."""
@@ -342,17 +338,14 @@ class Roster:
 
     def is_in_layer(self, member: Member) -> bool:
         """Return whether a vehicle is at the height of its altitude layer."""
-        position_enu_m = self.position_enu_m(member)
-        if position_enu_m is None or member.layer_height_m is None:
+        position_enu_m, column_enu_m = self.position_enu_m(member), self.own_column_enu_m(member)
+        if position_enu_m is None or column_enu_m is None:
             return False
-        return abs(float(position_enu_m[2]) - member.layer_height_m) <= _LAYER_TOLERANCE_M
+        return abs(float(position_enu_m[2] - column_enu_m[2])) <= _LAYER_TOLERANCE_M
 
     def own_column_enu_m(self, member: Member) -> NDArray[np.float64] | None:
         """Return the position in its layer straight above or below a vehicle, shape (3,)."""
-        position_enu_m = self.position_enu_m(member)
-        if position_enu_m is None or member.layer_height_m is None:
-            return None
-        return np.array([*position_enu_m[:2], member.layer_height_m])
+        return self.layers.at(member, self.position_enu_m(member))
 
     def geodetic(self, member: Member, position_enu_m: NDArray[np.float64]) -> GeodeticPosition:
         """Return a point of the mission's frame as a vehicle has to be told it, with its own error of altitude."""

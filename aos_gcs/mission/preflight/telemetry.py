@@ -220,9 +220,11 @@ def _check_launch_point(vehicle_id: int, nearest: tuple[int, float] | None, laun
 
 
 def _flown_height_m(roster: Roster, member: Member) -> float:
-    """Return the height at which a vehicle flies; NaN on the ground."""
+    """Return the height above the reference surface at which a vehicle flies; NaN on the ground."""
     position_enu_m = roster.position_enu_m(member) if member.airborne else None
-    return np.nan if position_enu_m is None else float(position_enu_m[2])
+    if position_enu_m is None or roster.layers.surface is None:
+        return np.nan
+    return float(position_enu_m[2]) - roster.layers.surface.at(position_enu_m)
 
 
 def _check_layer(roster: Roster, member: Member, takers: list[Member], limits: SafetyLimits | None) -> PreflightCheck:
@@ -230,7 +232,11 @@ def _check_layer(roster: Roster, member: Member, takers: list[Member], limits: S
     if layer_m is None:
         return checks.failed(vehicle_id, checks.ALTITUDE_LAYER, "none yet", "wait until all homes are known")
     text = f"{layer_m:g} m"
-    if limits is not None and not limits.floor_m <= layer_m <= limits.ceiling_m:
+    if roster.layers.surface is None:
+        remedy = "the layers follow the ground: correct the elevation model"
+        return checks.failed(vehicle_id, checks.ALTITUDE_LAYER, f"{text}, its height is not known", remedy)
+    lowest_m, highest_m = layer_m + roster.layers.surface.lowest_m, layer_m + roster.layers.surface.highest_m
+    if limits is not None and not limits.floor_m <= lowest_m <= highest_m <= limits.ceiling_m:
         text += f", outside of {limits.floor_m:g} to {limits.ceiling_m:g} m"
         remedy = "raise the ceiling, lower the layers, or fly fewer vehicles"
         return checks.failed(vehicle_id, checks.ALTITUDE_LAYER, text, remedy)

@@ -13,7 +13,7 @@ from aos_gcs.airspace.terrain import GroundRaster
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.mission.fleet.datum import home_altitude_m, is_grounded
-from aos_gcs.mission.fleet.roster import Member
+from aos_gcs.mission.fleet.roster import Member, Roster
 from aos_gcs.mission.model.checks import PreflightCheck
 from aos_gcs.mission.preflight import checks
 from aos_gcs.mission.preflight.setup import ReturnBounds
@@ -83,9 +83,9 @@ def survey_terrain(
     return SurveyedTerrain(limited, ground, tuple(found), clearance)
 
 
-def return_bounds(member: Member, clearance: ReturnClearance | None) -> ReturnBounds:
+def return_bounds(roster: Roster, member: Member, clearance: ReturnClearance | None) -> ReturnBounds:
     """Return the heights above its home between which a vehicle's own return has to be."""
-    layer_m = member.layer_above_home_m
+    layer_m = roster.layers.return_above_home_m(member)
     if clearance is None or member.home_enu_m is None:
         return ReturnBounds(layer_m)
     return ReturnBounds(layer_m, clearance.least_up_m - float(member.home_enu_m[2]), clearance.place)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.airspace.detours import Detours
 from aos_gcs.airspace.plans import reached, vet_plan
+from aos_gcs.airspace.reference_surface import LEVEL, ReferenceSurface
 from aos_gcs.airspace.terrain import GroundRaster
 from aos_gcs.airspace.waypoints import WaypointRecord
 from aos_gcs.imaging.model import StepAnalysis
@@ -119,6 +120,8 @@ class Decider:
         detours: Detours,
         analysis: StepAnalysis,
         ground: GroundRaster | None = None,
+        *,
+        surface: ReferenceSurface = LEVEL,
     ) -> Decision:
         """Decide what follows from a step's analysis.
 
@@ -128,6 +131,7 @@ class Decider:
             detours: those of the situation's traffic.
             analysis: analysis of the step's frames.
             ground: ground that the limits of the situation's traffic refer to.
+            surface: surface that the altitude layers are offset from.
         """
         terrain = ground_in_view(self._settings, ground, analysis.grid)
         in_view = self.tracker.observe(analysis, situation.now_s, terrain)
@@ -138,7 +142,9 @@ class Decider:
         if following not in {Phase.SCAN, Phase.CONVERGE}:
             return Decision(following, Diagnostics(branch="hold", leader_id=analysis.leader_id), ())
         diagnostics, next_enu_m = self._choose_places(situation, analysis, in_view=in_view)
-        waypoints = vet_plan(in_layers(situation.swarm, next_enu_m), situation.traffic, detours, ground)
+        waypoints = vet_plan(
+            in_layers(situation.swarm, next_enu_m, surface), situation.traffic, detours, ground, surface
+        )
         self.progress.note_waypoints(waypoints)
         if self._settings.flight.reverse_heading and self.tracker.sees_targets:
             self._heading_rad = math.pi - self._heading_rad

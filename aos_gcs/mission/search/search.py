@@ -81,7 +81,9 @@ class Search:
         leg = progress.remaining_leg
         context.journal.set_message(f"Forming the line for leg {progress.leg + 1} of {len(progress.legs)}.")
         places_enu_m = leg_formation(leg, context.roster.positions_enu_m(swarm)[:, :2], self.decider.spacing_m)
-        late = await context.flight.transfer(in_layers(swarm, places_enu_m), frozenset({Task.SWARM}))
+        late = await context.flight.transfer(
+            in_layers(swarm, places_enu_m, context.roster.layers.known_surface()), frozenset({Task.SWARM})
+        )
         for member in late:
             context.journal.notice(Severity.WARNING, "did not reach its place in the line in time", member.vehicle_id)
         self.decider.begin_line(leg)
@@ -175,8 +177,8 @@ class Search:
     ) -> tuple[Decision, StepRecord, DecisionRecord]:
         """Decide, and return the records of the step and of all that the decision depended on."""
         situation, edits = self._situation(swarm), self._log.take_edits()
-        flight = self._context.flight
-        decision = self.decider.decide(phase, situation, flight.detours, analysis, flight.ground)
+        flight, surface = self._context.flight, self._context.roster.layers.known_surface()
+        decision = self.decider.decide(phase, situation, flight.detours, analysis, flight.ground, surface=surface)
         poses = self._vision.corrected_poses()
         record = self._log.decision(self.step, phase, situation, analysis, decision, poses=poses, edits=edits)
         step = step_record(

@@ -80,7 +80,8 @@ class Vision:
         Raises:
             MissionError: the height is not below the cameras.
         """
-        lowest_m = self._context.settings.flight.lowest_layer_m
+        surface = self._context.roster.layers.surface
+        lowest_m = self._context.settings.flight.lowest_layer_m + (0.0 if surface is None else surface.lowest_m)
         if height_m is not None and not (math.isfinite(height_m) and height_m < lowest_m):
             raise MissionError(
                 f"The focal height must be below the lowest layer, {lowest_m:g} m above the origin; it is {height_m:g}."
