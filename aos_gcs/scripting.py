@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.airspace.limits import UNLIMITED, SafetyOverrides
 from aos_gcs.clock import LoopClock
-from aos_gcs.errors import MissionError
+from aos_gcs.errors import ConfigurationError, MissionError
 from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.context import FlightContext
@@ -76,6 +76,13 @@ class ScriptOptions:
     """Clock seconds per real second; above 1 only with vehicles simulated at the same speed."""
     log_folder: Path | None = None
     """Folder in which the driver records its raw traffic; None: nowhere."""
+
+    def __post_init__(self) -> None:
+        if self.terrain is not None and self.terrain.follow:
+            raise ConfigurationError(
+                "terrain.follow is for missions only: scripts set no return heights, which layers over relief need. "
+                "Leave it out."
+            )
 
 
 class Swarm:

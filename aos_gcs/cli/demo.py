@@ -48,6 +48,9 @@ def demo(
             "(rising to the north) or a GeoTIFF or ASC file with heights, which needs its --origin."
         ),
     ] = "flat",
+    follow_ground: Annotated[
+        bool, typer.Option("--follow-ground", help="Let the altitude layers follow the ground of --terrain.")
+    ] = False,
     origin: Annotated[
         str, typer.Option(help="Launch site: LAT,LON,ALT in degrees and metres above sea level.")
     ] = "48.3,14.3,260",
@@ -75,6 +78,7 @@ def demo(
         animals=animals,
         stones=stones,
         terrain=terrain,
+        follow_ground=follow_ground,
         origin_deg=_place(origin),
         folder=folder,
         wait=wait,

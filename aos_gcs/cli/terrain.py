@@ -130,7 +130,7 @@ def _planned(settings: MissionSettings, name: str) -> tuple[tuple[tuple[float, f
 
 
 def _followed(settings: MissionSettings, terrain: TerrainSettings) -> FollowedHeights | None:
-    """Return the heights of a mission's layers if they followed the ground, by the limits that it configures."""
+    """Return the heights of a mission's layers where they follow the ground, by the limits that it configures."""
     from aos_gcs.planning.following import followed_heights  # noqa: PLC0415 - keeps the other commands' help fast
 
     if settings.terrain is not None:
@@ -142,7 +142,7 @@ def _followed_lines(followed: FollowedHeights | None) -> list[str]:
     if followed is None:
         return []
     text = (
-        f"if layers followed the ground (missions fly level ones): above a surface of {followed.lowest_m:.1f} to "
+        f"layers that follow the ground (terrain.follow): above a surface of {followed.lowest_m:.1f} to "
         f"{followed.highest_m:.1f} m above the launch site, at most {followed.max_slope:.0%} steep, "
         f"{followed.least_above_ground_m:.1f} to {followed.most_above_ground_m:.1f} m above ground"
     )

@@ -75,6 +75,7 @@ class FormerFlight:
         is_same = _is_same_ring(limits.fence_enu_m, self.last.fence_enu_m)
         is_same &= tuple(settings.area_enu_m) == self.last.area_enu_m
         is_same &= limits.no_go_enu_m == self.last.no_go_enu_m
+        is_same &= settings.layers_follow_ground == self.last.follows_ground
         return limits if is_same and limits.floor_m <= min(layers_m) and max(layers_m) <= limits.ceiling_m else None
 
     @property

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.airspace.limits import UNLIMITED
+from aos_gcs.airspace.reference_surface import LEVEL
 from aos_gcs.errors import MissionFailedError
 from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.mission.auto_start import AutoStart
@@ -25,9 +26,10 @@ from aos_gcs.mission.preflight.aperture import check_aperture
 from aos_gcs.mission.preflight.ground import check_descents, check_ground
 from aos_gcs.mission.preflight.inspection import Inspector
 from aos_gcs.mission.preflight.overrides import Overrides
+from aos_gcs.mission.preflight.returns import check_return_climbs, return_bounds
 from aos_gcs.mission.preflight.setup import check_setup, check_system_ids
 from aos_gcs.mission.preflight.telemetry import check_all, check_area, check_layers, check_vehicles
-from aos_gcs.mission.preflight.terrain import check_take_off_altitudes, return_bounds, survey_terrain
+from aos_gcs.mission.preflight.terrain import check_take_off_altitudes, survey_terrain
 from aos_gcs.planning.descents import meetings, passes, staggered
 from aos_gcs.planning.proposal import altitude_layers, propose_limits
 from aos_gcs.planning.settings import MIN_SWARM
@@ -210,6 +212,7 @@ class Launch:
             *check_take_off_altitudes(members, roster.frame, self._context.flight.ground),
             *check_system_ids([member.state for member in members], board_ids),
             *self._ground,
+            *check_return_climbs(roster, members, self._separation_m, settings.flight.layer_spacing_m),
         ]
         for member in members:
             bounds = return_bounds(roster, member, self._clearance)
@@ -240,6 +243,8 @@ class Launch:
             return
         roster.settle_altitudes()
         limits = context.flight.limits = propose_limits(context.settings, homes_enu_m)
+        # Until the ground is surveyed, layers that follow it have no heights.
+        roster.layers.surface = None if context.settings.layers_follow_ground else LEVEL
         homes_m = np.array(homes_enu_m)[:, :2]
         is_past = passes(context.settings.area_enu_m, homes_m, context.flight.clearance_m(members))
         layers_m = staggered(is_past, altitude_layers(len(members), flight.lowest_layer_m, flight.layer_spacing_m))
@@ -263,7 +268,7 @@ class Launch:
         found = await asyncio.to_thread(survey_terrain, context.settings, terrain, frame.origin, limits, homes_enu_m)
         if context.flight.limits is limits:
             context.flight.limits, context.flight.ground, self._terrain = found.limits, found.ground, found.checks
-            self._clearance = found.clearance
+            context.roster.layers.surface, self._clearance = found.surface, found.clearance
 
     def _is_planned(self, members: list[Member], homes_enu_m: list[NDArray[np.float64]]) -> bool:
         """Return whether the layers and limits in force are those of these vehicles at these homes."""

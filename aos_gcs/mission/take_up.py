@@ -8,6 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from aos_gcs.airspace.limits import SafetyLimits
+from aos_gcs.airspace.reference_surface import LEVEL
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.mission.context import MissionContext
 from aos_gcs.mission.former_flight import FormerFlight
@@ -73,10 +74,13 @@ class TakeUp:
         homes_enu_m = {key: np.array(one.home_enu_m) for key, one in former.vehicles.items()}
         found = await asyncio.to_thread(survey_terrain, context.settings, terrain, frame.origin, limits, homes_enu_m)
         context.flight.limits, context.flight.ground = found.limits, found.ground
+        roster.layers.surface = found.surface
         for check in found.checks:
             self._context.journal.notice(Severity.WARNING, f"terrain: {check.text}")
         if found.ground is None:
             text = "Heights above the ground are not checked: the elevation model cannot be used"
+            if terrain.follow:
+                text += ". The altitude layers follow it: the vehicles cannot go on. Return or land them"
             self._context.journal.notice(Severity.CRITICAL, text)
 
     def _attach(self, former: FormerFlight) -> None:
@@ -101,6 +105,7 @@ class TakeUp:
             return False
         self._context.roster.move_origin(origin)
         self._context.roster.ground = former.ground()
+        self._context.roster.layers.surface = None if settings.layers_follow_ground else LEVEL
         sortie = self._flow.go_on_held(settings, limits)
         sortie.search.decider.progress.take_up(former.legs, former.last.leg)
         self._attach(former)

@@ -104,6 +104,7 @@ class LiveView:
             planned_vehicles=settings.vehicles,
             acknowledgements=self.acknowledgements.all(),
             command_count=self._context.order.count,
+            follows_ground=settings.layers_follow_ground,
         )
 
     def _vehicles(self) -> tuple[VehicleSnapshot, ...]:

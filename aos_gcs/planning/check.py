@@ -232,7 +232,7 @@ def _refusals(values: Mapping[str, object], declared: Mapping[str, Parameter]) -
 
 def _check_heights(plan: MissionPlan, settings: MissionSettings) -> Iterator[PlanProblem]:
     plane_m = settings.imaging.plane_height_m
-    highest_m = plan.lowest_layer_m + (plan.vehicles - 1) * plan.layer_spacing_m
+    highest_m = plan.highest_layer_m
     separation_m = settings.safety.applied_to(UNLIMITED).separation_m
     for field in ("floor_m", "ceiling_m"):
         value_m = getattr(plan, field)
@@ -300,7 +300,7 @@ def _warn(plan: MissionPlan, estimate: PlanEstimate) -> Iterator[PlanProblem]:
             f"{MIN_LAYERS_WITHOUT_RTK_M:g} m and more are safe.",
             blocking=False,
         )
-    highest_m = plan.lowest_layer_m + (plan.vehicles - 1) * plan.layer_spacing_m
+    highest_m = plan.highest_layer_m
     if highest_m > USUAL_CEILING_M:
         yield PlanProblem(
             "ceiling_m",

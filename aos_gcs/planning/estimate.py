@@ -117,7 +117,7 @@ def estimate_flight(plan: MissionPlan, legs: Sequence[ScanLeg]) -> FlightEstimat
     scanned_m = sum(leg.length_m for leg in legs)
     scan_s = scanned_m / scan_step_m(plan) * _step_s(plan)
     transfer_s = sum(move_s(length_m, plan.cruise_speed_mps) for length_m in transfers_m)
-    highest_m = plan.lowest_layer_m + (plan.vehicles - 1) * plan.layer_spacing_m
+    highest_m = plan.highest_layer_m
     duration_s = scan_s + transfer_s + highest_m / CLIMB_MPS + highest_m / SINK_MPS
     return FlightEstimate(scanned_m + sum(transfers_m), scan_s, duration_s)
 

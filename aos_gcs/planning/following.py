@@ -1,23 +1,23 @@
-"""Heights above the ground that altitude layers would have if they followed it."""
+"""Heights above the ground of altitude layers that follow it."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from aos_gcs.airspace.reference_surface import reference_surface
+from aos_gcs.airspace.reference_surface import ReferenceSurface
+from aos_gcs.airspace.terrain import GroundRaster
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.planning.estimate import launch_place
-from aos_gcs.planning.plan import plan_of
+from aos_gcs.planning.layer_surface import followed_surface, max_slope
+from aos_gcs.planning.plan import MissionPlan, plan_of
 from aos_gcs.planning.settings import MissionSettings, TerrainSettings
-from aos_gcs.planning.terrain import EnuBounds, ground_within
+from aos_gcs.planning.sites import planned_boundaries
+from aos_gcs.planning.terrain import ground_in_fence
 from aos_gcs.planning.terrain_check import place_text, ways_m
-
-CLIMB_MPS = 1.0
-"""Vertical speed that ArduCopter and PX4 keep by their defaults, upwards and downwards, with a reserve."""
-_MARGIN_M = 50.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,35 +45,53 @@ class FollowedHeights:
 
 
 def followed_heights(settings: MissionSettings, terrain: TerrainSettings) -> FollowedHeights | None:
-    """Return the heights above a model that a mission's layers would have; None where no ground is known.
+    """Return the heights above a model that layers have that follow it; None where no ground is known.
 
     Raises:
         ConfigurationError: the mission has no origin or no search area, or the model cannot be used.
         InputDataError: a file of the model cannot be used or read.
     """
-    plan, origin = plan_of(settings), settings.origin
-    if origin is None or not plan.area_enu_m:
+    origin = settings.origin
+    if origin is None or not settings.area_enu_m:
         raise ConfigurationError("mission.origin_deg and the search area are needed to know the ground below them.")
-    points = [point for point in (launch_place(plan), plan.return_enu_m, (0.0, 0.0)) if point is not None]
-    outline_m = ways_m(plan, points)
-    ground = ground_within(terrain, origin, EnuBounds.around(outline_m, _MARGIN_M))
-    max_slope = CLIMB_MPS / plan.cruise_speed_mps
-    # Hills that nobody flies over do not count.
-    (west_m, south_m), (east_m, north_m) = outline_m.min(axis=0).tolist(), outline_m.max(axis=0).tolist()
-    surface = reference_surface(ground, (west_m, south_m, east_m, north_m), max_slope)
-    cells = ground.within([outline_m])
+    plan = plan_of(settings)
+    plan = replace(plan, launch_enu_m=launch_place(plan))
+    limits = planned_boundaries(plan, {})
+    ground = ground_in_fence(terrain, origin, limits)
+    surface = followed_surface(ground, limits, plan.cruise_speed_mps)
+    points = [point for point in (plan.launch_enu_m, plan.return_enu_m) if point is not None]
+    cells = ground.within([ways_m(plan, points)])
     if np.isnan(cells.highest_m).all():
         return None
     heights_m = surface.height_m(cells.places_enu_m)
-    highest_layer_m = plan.lowest_layer_m + (plan.vehicles - 1) * plan.layer_spacing_m
-    above_m = heights_m + highest_layer_m - cells.lowest_m
+    above_m = heights_m + plan.highest_layer_m - cells.lowest_m
     at = int(np.nanargmax(above_m))
     return FollowedHeights(
-        max_slope=max_slope,
+        max_slope=max_slope(plan.cruise_speed_mps),
         lowest_m=float(heights_m.min()),
         highest_m=float(heights_m.max()),
         least_above_ground_m=float(np.nanmin(heights_m + plan.lowest_layer_m - cells.highest_m)),
         most_above_ground_m=float(above_m[at]),
         most_at=place_text(LocalFrame(origin), cells.places_enu_m[at]),
         ceiling_m=terrain.ceiling_above_ground_m,
+    )
+
+
+def highest_return(
+    plan: MissionPlan,
+    points_enu_m: Sequence[tuple[float, float]],
+    ground: GroundRaster,
+    surface: ReferenceSurface,
+    frame: LocalFrame,
+) -> tuple[float, str] | None:
+    """Return how far above the ground autopilots return by themselves at most, and where; None where none is known.
+
+    They return at their layers above the highest place of the surface, wherever they are.
+    """
+    cells = ground.within([ways_m(plan, points_enu_m)])
+    if np.isnan(cells.lowest_m).all():
+        return None
+    at = int(np.nanargmin(cells.lowest_m))
+    return surface.highest_m + plan.highest_layer_m - float(cells.lowest_m[at]), place_text(
+        frame, cells.places_enu_m[at]
     )

@@ -65,6 +65,11 @@ class MissionPlan:
             return self.strategy_parameters
         return {**self.strategy_parameters, SPACING_PARAMETER: self.spacing_m}
 
+    @property
+    def highest_layer_m(self) -> float:
+        """Height of the highest altitude layer."""
+        return self.lowest_layer_m + (self.vehicles - 1) * self.layer_spacing_m
+
 
 @dataclass(frozen=True, slots=True)
 class PlanProblem:

@@ -191,6 +191,8 @@ class TerrainSettings:
     forest where that is less."""
     ceiling_above_ground_m: float = 120.0
     """Greatest height above the ground."""
+    follow: bool = False
+    """Whether the altitude layers follow the ground; else they are level."""
 
     def __post_init__(self) -> None:
         if not self.files:
@@ -252,6 +254,11 @@ class MissionSettings:
         """Whether the focal plane follows the elevation model: one of what was seen from above shows no ground."""
         is_of_ground = self.terrain is not None and self.terrain.kind is ModelKind.TERRAIN
         return is_of_ground and self.imaging.surface is SurfaceKind.TERRAIN
+
+    @property
+    def layers_follow_ground(self) -> bool:
+        """Whether the altitude layers follow the ground of the elevation model."""
+        return self.terrain is not None and self.terrain.follow
 
     @property
     def focus_range_m(self) -> tuple[float, float]:

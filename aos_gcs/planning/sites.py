@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.airspace.ground import Ground, Obstruction
-from aos_gcs.airspace.limits import UNLIMITED
+from aos_gcs.airspace.limits import UNLIMITED, SafetyLimits
 from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.plan import MissionPlan, PlanProblem
 from aos_gcs.planning.proposal import FREE_GROUND_M, fence_margin_m, no_go_margin_m, propose_fence
@@ -25,6 +25,11 @@ _Check = Callable[[FloatArray], Obstruction | None]
 
 def planned_ground(plan: MissionPlan, homes_enu_m: Homes, slack_m: float) -> Ground:
     """Return the ground of a plan with valid shapes, within the geofence that is proposed if it has none."""
+    return Ground(planned_boundaries(plan, homes_enu_m), slack_m)
+
+
+def planned_boundaries(plan: MissionPlan, homes_enu_m: Homes) -> SafetyLimits:
+    """Return limits with the geofence and the no-go zones of a plan with valid shapes, and without any other."""
     margin_m = fence_margin_m(plan.fence_margin_m, plan.cruise_speed_mps)
     margin_m = margin_m if 0.0 <= margin_m <= _GREATEST_MARGIN_M else 0.0  # else another check refuses the plan
     fence_enu_m = plan.fence_enu_m
@@ -32,14 +37,13 @@ def planned_ground(plan: MissionPlan, homes_enu_m: Homes, slack_m: float) -> Gro
         points = [plan.launch_enu_m, plan.return_enu_m, *homes_enu_m.values()]
         grounds_m = [point for point in points if point is not None]
         fence_enu_m = propose_fence(plan.area_enu_m, grounds_m, FREE_GROUND_M + margin_m)
-    limits = replace(
+    return replace(
         UNLIMITED,
         fence_enu_m=fence_enu_m,
         no_go_enu_m=plan.no_go_enu_m,
         margin_m=margin_m,
         no_go_margin_m=no_go_margin_m(plan.fence_margin_m),
     )
-    return Ground(limits, slack_m)
 
 
 def check_points(plan: MissionPlan, ground: Ground, homes_enu_m: Homes) -> Iterator[PlanProblem]:

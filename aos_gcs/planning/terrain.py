@@ -157,8 +157,17 @@ def ground_of_limits(
     """
     if terrain is None or limits.above_ground is None:
         return None
-    bounds = EnuBounds.around(np.array(limits.fence_enu_m), _BEYOND_FENCE_M)
-    return replace(ground_within(terrain, origin, bounds), offsets_m=limits.above_ground.offsets_m)
+    return replace(ground_in_fence(terrain, origin, limits), offsets_m=limits.above_ground.offsets_m)
+
+
+def ground_in_fence(terrain: TerrainSettings, origin: GeodeticPosition, limits: SafetyLimits) -> GroundRaster:
+    """Return the ground within a geofence and about it, by the model alone.
+
+    Raises:
+        ConfigurationError: a setting cannot be used, or a library is missing.
+        InputDataError: a file cannot be used or read.
+    """
+    return ground_within(terrain, origin, EnuBounds.around(np.array(limits.fence_enu_m), _BEYOND_FENCE_M))
 
 
 def floor_above_ground_m(terrain: TerrainSettings, forest: ForestSettings | None, floor_above_origin_m: float) -> float:

@@ -9,18 +9,26 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from aos_gcs.airspace.reference_surface import LEVEL, ReferenceSurface
 from aos_gcs.airspace.stopping import POSITION_ERROR_M
 from aos_gcs.airspace.terrain import GroundCells, GroundRaster
 from aos_gcs.elevation.model import SURFACE_WARNING, ModelKind
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.planning.estimate import launch_place, planned_legs
+from aos_gcs.planning.layer_surface import layer_surface
 from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.plan import MissionPlan, PlanProblem
 from aos_gcs.planning.proposal import propose_fence, proposed_floor_m
 from aos_gcs.planning.settings import MissionSettings, TerrainSettings
-from aos_gcs.planning.sites import Homes
-from aos_gcs.planning.terrain import EnuBounds, floor_above_ground_m, ground_heights_m, ground_within
+from aos_gcs.planning.sites import Homes, planned_boundaries
+from aos_gcs.planning.terrain import (
+    EnuBounds,
+    floor_above_ground_m,
+    ground_heights_m,
+    ground_in_fence,
+    ground_within,
+)
 from aos_gcs.swarm.registry import make_strategy
 
 FloatArray = NDArray[np.float64]
@@ -38,6 +46,8 @@ class HeightBand:
     ceiling_m: float
     lowest_layer_m: float
     highest_layer_m: float
+    surface: ReferenceSurface = LEVEL
+    """Surface that the layers are offset from."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +113,7 @@ def _problems(
     ground = ground_within(terrain, origin, EnuBounds.around(corners_m, _MARGIN_M))
     if is_reported:
         ground = replace(ground, offsets_m=(-level_m, -level_m))
-    band = _band(plan, terrain)
+    band = _band(plan, terrain, _planned_surface(plan, terrain, origin, homes_enu_m, ground.offsets_m))
     conflicts = list(_conflicts(ground, frame, outlines, band))
     yield from (PlanProblem(conflict.field, conflict.text) for conflict in conflicts)
     if not conflicts:
@@ -119,6 +129,7 @@ def flown_conflicts(
     *,
     homes_enu_m: Sequence[tuple[float, float]],
     legs: Sequence[ScanLeg],
+    surface: ReferenceSurface,
 ) -> list[TerrainConflict]:
     """Return what brings a flight from known launch points too close to the ground, too far above it, or off the model.
 
@@ -129,9 +140,10 @@ def flown_conflicts(
         ground: ground as the vehicles see it that stand on it.
         homes_enu_m: their launch points.
         legs: legs of the plan.
+        surface: surface that the altitude layers are offset from.
     """
     points = [*homes_enu_m, *(() if plan.return_enu_m is None else (plan.return_enu_m,))]
-    return list(_conflicts(ground, frame, _flown(plan, legs, points), _band(plan, terrain)))
+    return list(_conflicts(ground, frame, _flown(plan, legs, points), _band(plan, terrain, surface)))
 
 
 def highest_flown_ground_m(
@@ -189,11 +201,25 @@ def _check_points(
         yield PlanProblem("launch_enu_m", text)
 
 
-def _band(plan: MissionPlan, terrain: TerrainSettings) -> HeightBand:
+def _planned_surface(
+    plan: MissionPlan,
+    terrain: TerrainSettings,
+    origin: GeodeticPosition,
+    homes_enu_m: Homes,
+    offsets_m: tuple[float, float],
+) -> ReferenceSurface:
+    """Return the surface that the layers of a plan are offset from, over the ground of its whole geofence."""
+    if not terrain.follow:
+        return LEVEL
+    limits = planned_boundaries(plan, homes_enu_m)
+    ground = replace(ground_in_fence(terrain, origin, limits), offsets_m=offsets_m)
+    return layer_surface(terrain, ground, limits, plan.cruise_speed_mps)
+
+
+def _band(plan: MissionPlan, terrain: TerrainSettings, surface: ReferenceSurface) -> HeightBand:
     floor_m = proposed_floor_m(plan.lowest_layer_m) if plan.floor_m is None else plan.floor_m
-    highest_m = plan.lowest_layer_m + (plan.vehicles - 1) * plan.layer_spacing_m
     floor_m = floor_above_ground_m(terrain, plan.forest, floor_m)
-    return HeightBand(floor_m, terrain.ceiling_above_ground_m, plan.lowest_layer_m, highest_m)
+    return HeightBand(floor_m, terrain.ceiling_above_ground_m, plan.lowest_layer_m, plan.highest_layer_m, surface)
 
 
 def _conflicts(
@@ -225,7 +251,8 @@ def _unknown(
 def _too_low(
     name: str, cells: GroundCells, frame: LocalFrame, band: HeightBand
 ) -> tuple[float, TerrainConflict] | None:
-    clearance_m = band.lowest_layer_m - cells.highest_m
+    surface_m = band.surface.height_m(cells.places_enu_m)
+    clearance_m = band.lowest_layer_m + surface_m - cells.highest_m
     if np.isnan(clearance_m).all() or np.nanmin(clearance_m) >= band.floor_m:
         return None
     at = int(np.nanargmin(clearance_m))
@@ -234,7 +261,7 @@ def _too_low(
         f"{name}: at {place_text(frame, cells.places_enu_m[at])} the ground rises to {ground_m:.1f} m above the "
         f"origin. The lowest layer of {band.lowest_layer_m:g} m is {clearance_m[at]:.1f} m above it, {missing_m:.1f} m "
         f"below the floor of {band.floor_m:g} m above ground: raise it to "
-        f"{math.ceil(ground_m + band.floor_m):d} m or more."
+        f"{math.ceil(ground_m - surface_m[at] + band.floor_m):d} m or more."
     )
     return missing_m, TerrainConflict("lowest_layer_m", text)
 
@@ -242,7 +269,7 @@ def _too_low(
 def _too_high(
     name: str, cells: GroundCells, frame: LocalFrame, band: HeightBand
 ) -> tuple[float, TerrainConflict] | None:
-    height_m = band.highest_layer_m - cells.lowest_m
+    height_m = band.highest_layer_m + band.surface.height_m(cells.places_enu_m) - cells.lowest_m
     if np.isnan(height_m).all() or np.nanmax(height_m) <= band.ceiling_m:
         return None
     at = int(np.nanargmax(height_m))

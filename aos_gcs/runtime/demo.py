@@ -64,6 +64,8 @@ class DemoOptions:
     stones: int = 2
     terrain: str = LEVEL
     """Shape of the ground: ``flat``, ``hills``, ``slope:PERCENT`` or a file with heights."""
+    follow_ground: bool = False
+    """Whether the altitude layers follow the ground."""
     origin_deg: tuple[float, float, float] = ORIGIN_DEG
     """Launch site: latitude, longitude, and altitude above sea level in metres."""
     folder: Path = Path("missions")
@@ -75,6 +77,8 @@ class DemoOptions:
             raise ConfigurationError(f"--vehicles must lie within 2 and {MAX_VEHICLES}, but is {self.vehicles}.")
         if not 0.0 < self.speed <= 100.0:
             raise ConfigurationError(f"--speed must be above 0 and at most 100, but is {self.speed:g}.")
+        if self.follow_ground and self.terrain == LEVEL:
+            raise ConfigurationError("--follow-ground needs a --terrain to follow.")
         # The simulator checks them as well, but when the dashboard is up already.
         for name, choice, choices in (
             ("--autopilot", self.autopilot, AUTOPILOTS),
@@ -164,7 +168,7 @@ async def open_demo(options: DemoOptions) -> AsyncIterator[Demo]:
         place = ",".join(map(str, options.origin_deg))
         ground = await elevation_model(options.terrain, seed=options.seed, origin=place, folder=options.folder)
         if ground is not None:
-            tables = await asyncio.to_thread(terrain_tables, ground, config)
+            tables = await asyncio.to_thread(terrain_tables, ground, config, follow=options.follow_ground)
             config = parse_config(_tables(options, link_port) | tables, source="demo")
         async with open_service(config) as service:
             demo = Demo(options, service, link_port)

@@ -14,6 +14,7 @@ from aos_gcs.config.model import ServiceConfig
 from aos_gcs.config.settings import mission_settings
 from aos_gcs.elevation.model import ModelKind
 from aos_gcs.errors import ConfigurationError, InputDataError
+from aos_gcs.mission.preflight.checks import RETURN_CLIMB
 from aos_gcs.planning.plan import plan_of
 from aos_gcs.planning.settings import FlightSettings, MissionSettings, TerrainSettings
 from aos_gcs.planning.terrain_check import highest_flown_ground_m
@@ -21,6 +22,8 @@ from aos_gcs.planning.terrain_check import highest_flown_ground_m
 LEVEL = "flat"
 FLOOR_ABOVE_GROUND_M = 25.0
 """Floor above the ground: 10 m below the lowest layer, as altitudes by satellites alone err by metres."""
+SIMULATED = "simulated vehicles"
+"""Why a simulated mission may fly although its returns may climb through the layers of others."""
 EXIT_REFUSED = 2
 """Exit code of a simulator that cannot use an option; it has said so in one line."""
 
@@ -58,18 +61,28 @@ async def elevation_model(terrain: str, *, seed: int, origin: str, folder: Path)
     return await asyncio.to_thread(path.resolve)
 
 
-def above_ground(settings: MissionSettings, file: Path) -> MissionSettings:
+def above_ground(settings: MissionSettings, file: Path, *, follow: bool = False) -> MissionSettings:
     """Return the settings of a mission that knows its ground, with layers raised by the highest that it flies over.
 
     Args:
         settings: settings with the origin.
         file: elevation model.
+        follow: whether the layers follow the ground, and are as high above it as usual.
 
     Raises:
         ConfigurationError: the file cannot be used, or the ground below the mission is not known.
     """
-    ground = TerrainSettings(files=(str(file),), kind=ModelKind.TERRAIN, floor_above_ground_m=FLOOR_ABOVE_GROUND_M)
+    ground = TerrainSettings(
+        files=(str(file),), kind=ModelKind.TERRAIN, floor_above_ground_m=FLOOR_ABOVE_GROUND_M, follow=follow
+    )
     known = replace(settings, terrain=ground)
+    if follow:
+        overrides = {**settings.preflight.overrides, RETURN_CLIMB: SIMULATED}
+        return replace(
+            known,
+            flight=replace(settings.flight, lowest_layer_m=FlightSettings().lowest_layer_m),
+            preflight=replace(settings.preflight, overrides=overrides),
+        )
     try:
         highest_m = highest_flown_ground_m(plan_of(known), known, _LAUNCH_SITE_ENU_M)
     except InputDataError as error:
@@ -78,23 +91,31 @@ def above_ground(settings: MissionSettings, file: Path) -> MissionSettings:
     return replace(known, flight=replace(settings.flight, lowest_layer_m=lowest_m))
 
 
-def terrain_tables(file: Path, config: ServiceConfig) -> dict[str, Any]:
+def terrain_tables(file: Path, config: ServiceConfig, *, follow: bool = False) -> dict[str, Any]:
     """Return the tables of a configuration by which a service flies over the ground of a file.
 
     Args:
         file: elevation model.
         config: configuration without it.
+        follow: whether the layers follow the ground.
 
     Raises:
         ConfigurationError: the file cannot be used, or the ground below the mission is not known.
     """
-    settings = above_ground(mission_settings(config), file)
+    settings = above_ground(mission_settings(config), file, follow=follow)
     flight = {
         "lowest_layer_m": settings.flight.lowest_layer_m,
         "layer_spacing_m": settings.flight.layer_spacing_m,
     }
-    table = {"files": [str(file)], "kind": str(ModelKind.TERRAIN), "floor_above_ground_m": FLOOR_ABOVE_GROUND_M}
-    return {"terrain": table, "flight": flight}
+    table = {
+        "files": [str(file)],
+        "kind": str(ModelKind.TERRAIN),
+        "floor_above_ground_m": FLOOR_ABOVE_GROUND_M,
+        "follow": follow,
+    }
+    overrides = [f"{name}: {reason}" for name, reason in settings.preflight.overrides.items()]
+    preflight = {**config.preflight.model_dump(), "overrides": overrides}
+    return {"terrain": table, "flight": flight, "preflight": preflight}
 
 
 async def _simulator(*arguments: str) -> None:

@@ -46,7 +46,13 @@ def fly_mission(settings: MissionsSettings, key: MissionKey) -> MissionResult:
         file = Path(folder) / "ground.tif"
         ground = file if flight.write_ground(file) else None
         planned = mission_settings(
-            flight, settings.vehicles, settings.strategy, key.seed, ground=ground, spacing=spacing
+            flight,
+            settings.vehicles,
+            settings.strategy,
+            key.seed,
+            ground=ground,
+            spacing=spacing,
+            follow=settings.follow_ground,
         )
         mission = fly(flight, planned)
     if mission.snapshot.outcome is Outcome.FAILED and not mission.steps:

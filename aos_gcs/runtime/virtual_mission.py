@@ -89,6 +89,7 @@ def mission_settings(
     *,
     ground: Path | None = None,
     spacing: Spacing | None = None,
+    follow: bool = False,
 ) -> MissionSettings:
     """Return the settings of an unattended search of a simulated area; what is not named is as in every mission.
 
@@ -102,6 +103,7 @@ def mission_settings(
         seed: of the strategy's draws.
         ground: elevation model that the mission knows; None: the ground counts as level.
         spacing: how far apart the vehicles fly; None: as they do with corrected positions.
+        follow: whether the layers follow the ground that the mission knows.
     """
     usual, apart = FlightSettings(), spacing or Spacing()
     settings = MissionSettings(
@@ -123,7 +125,7 @@ def mission_settings(
         auto_start=True,
         auto_return=True,
     )
-    return settings if ground is None else above_ground(settings, ground)
+    return settings if ground is None else above_ground(settings, ground, follow=follow)
 
 
 def _uncertainty(apart: Spacing) -> Uncertainty:

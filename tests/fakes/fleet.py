@@ -288,8 +288,8 @@ class FakeVehicle:
                 self.mode = FlightMode.GUIDED
                 self.fly_to(self.home_enu_m + np.array([0.0, 0.0, height_above_home_m]))
             case Goto(position, speed_mps, heading_rad):
-                self.mode, self.speed_mps = FlightMode.GUIDED, speed_mps
                 self.fly_to(FRAME.to_enu(position))
+                self.mode, self.speed_mps = FlightMode.GUIDED, speed_mps
                 if heading_rad is not None and self.turns:
                     self.heading_rad = heading_rad
             case Hold():

@@ -10,7 +10,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from aos_gcs.airspace.reference_surface import RADIUS_M, ReferenceSurface, reference_surface
+from aos_gcs.airspace.reference_surface import (
+    LEVEL,
+    RADIUS_M,
+    STRAIGHT_M,
+    ReferenceSurface,
+    reference_surface,
+)
 from aos_gcs.airspace.terrain import GroundRaster, Polynomials
 
 CELL_M = 3.0
@@ -89,3 +95,31 @@ def test_ground_that_is_nowhere_known_counts_as_level() -> None:
 def test_a_surface_of_one_node_has_its_height() -> None:
     surface = ReferenceSurface(0.0, 0.0, 4.0, np.array([[7.0]]))
     assert surface.at(np.array([50.0, -3.0])) == 7.0
+
+
+@given(heights_m=reliefs(), slope=slopes, start_m=places, end_m=places)
+def test_straight_pieces_of_a_way_stay_near_the_surface_and_get_on(
+    heights_m: NDArray[np.float64], slope: float, start_m: NDArray[np.float64], end_m: NDArray[np.float64]
+) -> None:
+    surface = reference_surface(raster(heights_m), BOUNDS, slope)
+    share = surface.straight_share(start_m, end_m)
+    assert 0.0 < share <= 1.0
+    flown_m = share * float(np.linalg.norm(end_m - start_m))
+    assert share == 1.0 or flown_m >= 1.0
+    along = np.linspace(0.0, 1.0, 200)
+    surface_m = surface.height_m(start_m + share * along[:, None] * (end_m - start_m))
+    straight_m = surface_m[0] + along * (surface_m[-1] - surface_m[0])
+    # Between its samples, a step of the surface's nodes apart at most, it bends a little more.
+    assert np.abs(surface_m - straight_m).max() <= STRAIGHT_M + 0.5 * slope
+
+
+def test_a_way_along_an_even_slope_is_one_piece_and_one_over_a_ridge_is_not() -> None:
+    east = np.arange(-100.0, 101.0, 4.0)
+    even = ReferenceSurface(-100.0, -100.0, 4.0, np.tile(0.1 * east, (51, 1)))
+    ridge = ReferenceSurface(-100.0, -100.0, 4.0, np.tile(-0.1 * np.abs(east), (51, 1)))
+    start_m, end_m = np.array((-80.0, 0.0)), np.array((80.0, 30.0))
+    assert even.straight_share(start_m, end_m) == 1.0
+    assert LEVEL.straight_share(start_m, end_m) == 1.0
+    assert 0.4 <= ridge.straight_share(start_m, end_m) <= 0.6
+    assert ridge.straight_share(np.array((5.0, 0.0)), end_m) == 1.0
+    assert (ridge.lowest_m, ridge.highest_m, ridge.is_level, LEVEL.is_level) == (-10.0, 0.0, False, True)

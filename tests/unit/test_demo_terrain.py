@@ -38,6 +38,16 @@ def test_layers_are_as_much_higher_as_the_highest_ground_and_the_plan_can_be_flo
     assert settings.focus_follows_ground
 
 
+def test_layers_that_follow_the_ground_stay_as_high_above_it_as_usual(tmp_path: Path) -> None:
+    file = write_relief(tmp_path / "ground.tif", hill(5.0, 40.0, 21.6), origin=ORIGIN)
+    known = config(preflight={"upload_fence": True})
+    settings = mission_settings(config(**terrain_tables(file, known, follow=True)))
+    assert settings.layers_follow_ground
+    assert settings.flight.lowest_layer_m == 35.0
+    assert settings.preflight.upload_fence
+    assert settings.preflight.overrides.keys() == {"climb of the return"}
+
+
 def test_a_ground_elsewhere_is_refused(tmp_path: Path) -> None:
     origin = replace(ORIGIN, latitude_deg=ORIGIN.latitude_deg + 1.0)
     file = write_relief(tmp_path / "ground.tif", hill(0.0, 0.0, 1.0), origin=origin)

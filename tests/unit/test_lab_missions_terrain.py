@@ -43,6 +43,20 @@ def test_a_mission_over_relief_knows_its_ground(tmp_path: Path) -> None:
     assert height_m == pytest.approx(5.0, abs=0.05)
 
 
+def test_layers_that_follow_the_ground_are_not_raised(tmp_path: Path) -> None:
+    pytest.importorskip("rasterio")
+    flight, file = flight_over("slope:20"), tmp_path / "ground.tif"
+    assert flight.write_ground(file)
+    settings = mission_settings(flight, 3, "aos-apso", 1, ground=file, follow=True)
+    assert settings.layers_follow_ground
+    assert settings.flight == FlightPlan()
+
+
+def test_layers_over_level_ground_have_nothing_to_follow() -> None:
+    with pytest.raises(ConfigurationError, match="--follow-ground needs a --terrain"):
+        MissionsSettings(follow_ground=True)
+
+
 def test_level_ground_is_written_nowhere(tmp_path: Path) -> None:
     flight, file = flight_over("flat"), tmp_path / "ground.tif"
     assert not flight.write_ground(file)

@@ -167,7 +167,9 @@ def test_a_return_clears_the_ground_on_its_way(
     height_m: float, layer_m: float | None, least_m: float, text: str, remedy: str
 ) -> None:
     found = facts(return_height_m=height_m)
-    check = check_of(checks.RETURN_HEIGHT, found, layer_m, least_m=least_m, place="the hill")
+    check = check_of(
+        checks.RETURN_HEIGHT, found, layer_m, least_m=least_m, least_of="the floor above the ground at the hill"
+    )
     assert check.status is (FAIL if remedy else PASS)
     assert text in check.text
     assert remedy in check.remedy

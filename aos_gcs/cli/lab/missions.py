@@ -50,7 +50,7 @@ def missions(
         str,
         typer.Option(
             help="Shape of the ground: flat, hills or slope:PERCENT, rising to the north from the launch site on. "
-            "Layers are as much higher as the highest ground of the area; the focal plane stays level."
+            "Layers are as much higher as the highest ground that is flown over, unless they follow the ground."
         ),
     ] = "flat",
     layer_spacing: Annotated[
@@ -63,6 +63,9 @@ def missions(
         float | None,
         typer.Option(metavar="M", help="Distance of two launch points. [default: 5, and 10 with --errors gnss]"),
     ] = None,
+    follow_ground: Annotated[
+        bool, typer.Option("--follow-ground", help="Let the altitude layers follow the ground of --terrain.")
+    ] = False,
     jobs: Annotated[int, typer.Option(help="Number of processes on this machine.")] = 1,
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Address of a Dask scheduler, such as tcp://10.0.0.1:8786.")
@@ -95,7 +98,7 @@ def missions(
         without_person=without_person,
     )
     settings = MissionsSettings(
-        strategy, vehicles, side, image_size, version("aos-gcs"), terrain, layer_spacing, launch_spacing
+        strategy, vehicles, side, image_size, version("aos-gcs"), terrain, layer_spacing, launch_spacing, follow_ground
     )
     # Before hours of work: a document that cannot be renewed, or a reference that does not fit, is refused at once.
     frame = None if document is None else missions_frame(document)

@@ -35,8 +35,12 @@ class MissionsSettings:
     """Vertical distance of two altitude layers; None: what the errors of a mission's vehicles need."""
     launch_spacing_m: float | None = None
     """The same for the distance of two launch points."""
+    follow_ground: bool = False
+    """Whether the altitude layers follow the ground; else they are level."""
 
     def __post_init__(self) -> None:
+        if self.follow_ground and self.terrain == LEVEL_GROUND:
+            raise ConfigurationError("--follow-ground needs a --terrain to follow.")
         for name, low, high in (("vehicles", 2, 100), ("side_m", 20, 300), ("image_size_px", 64, 4096)):
             if not low <= getattr(self, name) <= high:
                 raise ConfigurationError(f"{name} must lie within {low} and {high}, but is {getattr(self, name):g}.")

@@ -68,3 +68,5 @@ class MissionSnapshot:
     """The latest ones, by the number of their notice."""
     command_count: int = 0
     """Number of the latest operator's command that was carried out."""
+    follows_ground: bool = False
+    """Whether the altitude layers follow the ground of an elevation model."""

@@ -35,6 +35,7 @@ ARMING_CHECKS: Final = "arming checks"
 OTHER_FAILSAFES: Final = "other failsafes"
 RETURN_PLACE: Final = "return place"
 RETURN_HEIGHT: Final = "return height"
+RETURN_CLIMB: Final = "climb of the return"
 CAMERA: Final = "camera"
 
 ORDER: Final = (
@@ -61,6 +62,7 @@ ORDER: Final = (
     ARMING_CHECKS,
     RETURN_PLACE,
     RETURN_HEIGHT,
+    RETURN_CLIMB,
     CAMERA,
 )
 """Order of the columns of the matrix."""
@@ -77,6 +79,7 @@ OVERRIDABLE: Final = frozenset(
         ARMING_CHECKS,
         RETURN_PLACE,
         RETURN_HEIGHT,
+        RETURN_CLIMB,
         CAMERA,
     }
 )

@@ -36,9 +36,9 @@ class ReturnBounds:
     layer_m: float | None
     """Height of its altitude layer, which it must not leave upwards; None while that is not known."""
     least_m: float | None = None
-    """Smallest height that clears the ground; None where the ground counts as level."""
-    place: str = ""
-    """Place of the ground that decides the smallest height."""
+    """Smallest height; None where the ground counts as level."""
+    least_of: str = ""
+    """What decides the smallest height."""
 
 
 def check_setup(state: VehicleState, inspection: Inspection, bounds: ReturnBounds) -> list[PreflightCheck]:
@@ -149,7 +149,7 @@ def _check_return_height(
         return checks.failed(vehicle_id, name, text, remedy)
     if least_m is not None and facts.return_height_m < least_m - _SLACK_M:
         missing_m = least_m - facts.return_height_m
-        text += f", {missing_m:.1f} m below the floor above the ground at {bounds.place}"
+        text += f", {missing_m:.1f} m below {bounds.least_of}"
         return checks.failed(vehicle_id, name, text, _set_return_height(facts, bounds))
     return checks.passed(vehicle_id, name, text)
 
@@ -163,6 +163,8 @@ def _set_return_height(facts: VehicleFacts, bounds: ReturnBounds) -> str:
         height = f"{least_m:.1f} m or more"
     elif least_m > layer_m + _SLACK_M:
         return f"raise the layers by {least_m - layer_m:.1f} m: this one does not clear the ground on the way home"
+    elif least_m == layer_m:
+        height = f"{layer_m:.1f} m"
     else:
         height = f"between {least_m:.1f} m and {layer_m:g} m, its layer"
     return (

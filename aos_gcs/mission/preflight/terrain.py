@@ -9,15 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.airspace.limits import SafetyLimits
+from aos_gcs.airspace.reference_surface import LEVEL, ReferenceSurface
 from aos_gcs.airspace.terrain import GroundRaster
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.mission.fleet.datum import home_altitude_m, is_grounded
-from aos_gcs.mission.fleet.roster import Member, Roster
+from aos_gcs.mission.fleet.roster import Member
 from aos_gcs.mission.model.checks import PreflightCheck
 from aos_gcs.mission.preflight import checks
-from aos_gcs.mission.preflight.setup import ReturnBounds
 from aos_gcs.planning.estimate import planned_legs
+from aos_gcs.planning.following import highest_return
+from aos_gcs.planning.layer_surface import layer_surface
 from aos_gcs.planning.plan import plan_of
 from aos_gcs.planning.settings import MissionSettings, TerrainSettings
 from aos_gcs.planning.terrain import floor_above_ground_m, ground_limits, ground_of_limits
@@ -37,6 +39,8 @@ class SurveyedTerrain:
     """None if the model cannot be used; the check says why."""
     checks: tuple[PreflightCheck, ...]
     """Checks of the mission."""
+    surface: ReferenceSurface | None = LEVEL
+    """Surface that the altitude layers are offset from; None where it would follow ground that is not known."""
     clearance: ReturnClearance | None = None
     """What autopilots' own returns have to clear; None while no ground is known."""
 
@@ -67,28 +71,43 @@ def survey_terrain(
         ground = ground_of_limits(terrain, origin, limited)
     except (ConfigurationError, InputDataError) as error:
         failure = checks.failed(checks.MISSION, checks.TERRAIN, str(error), "correct the elevation model")
-        return SurveyedTerrain(limits, None, (failure,))
+        return SurveyedTerrain(limits, None, (failure,), None if terrain.follow else LEVEL)
     if ground is None:
         raise RuntimeError("limits above the ground without ground")
     middle_m = homes_m[:, :2].mean(axis=0)
     plan = replace(plan_of(settings), launch_enu_m=(float(middle_m[0]), float(middle_m[1])), floor_m=limits.floor_m)
     legs = planned_legs(plan, settings.imaging.plane_height_m) if scans else ()
     standing = [(float(home_m[0]), float(home_m[1])) for home_m in homes_m]
-    conflicts = flown_conflicts(plan, terrain, LocalFrame(origin), ground, homes_enu_m=standing, legs=legs)
+    frame, surface = LocalFrame(origin), layer_surface(terrain, ground, limited, plan.cruise_speed_mps)
+    conflicts = flown_conflicts(plan, terrain, frame, ground, homes_enu_m=standing, legs=legs, surface=surface)
     found = [checks.failed(checks.MISSION, checks.TERRAIN, each.text, _CHANGE) for each in conflicts]
     if (warning := surface_warning(terrain)) is not None:
         found.append(checks.warned(checks.MISSION, checks.TERRAIN, warning, "use a terrain model where there is one"))
-    frame = LocalFrame(origin)
+    if not surface.is_level:
+        found += _check_returns(highest_return(plan, standing, ground, surface, frame), terrain.ceiling_above_ground_m)
     clearance = return_clearance(plan, legs, list(homes_m), ground=ground, frame=frame, floor_m=floor_m)
-    return SurveyedTerrain(limited, ground, tuple(found), clearance)
+    return SurveyedTerrain(_moved(limited, settings, surface), ground, tuple(found), surface, clearance)
 
 
-def return_bounds(roster: Roster, member: Member, clearance: ReturnClearance | None) -> ReturnBounds:
-    """Return the heights above its home between which a vehicle's own return has to be."""
-    layer_m = roster.layers.return_above_home_m(member)
-    if clearance is None or member.home_enu_m is None:
-        return ReturnBounds(layer_m)
-    return ReturnBounds(layer_m, clearance.least_up_m - float(member.home_enu_m[2]), clearance.place)
+def _moved(limits: SafetyLimits, settings: MissionSettings, surface: ReferenceSurface) -> SafetyLimits:
+    """Return limits whose floor and ceiling follow the surface of the layers, unless they were set."""
+    floor_m, ceiling_m = limits.floor_m, limits.ceiling_m
+    if settings.safety.floor_m is None:
+        floor_m += surface.lowest_m
+    if settings.safety.ceiling_m is None:
+        ceiling_m += surface.highest_m
+    return replace(limits, floor_m=floor_m, ceiling_m=ceiling_m)
+
+
+def _check_returns(highest: tuple[float, str] | None, ceiling_m: float) -> list[PreflightCheck]:
+    """Warn of autopilots that return by themselves, above the highest place of the surface, beyond the ceiling."""
+    if highest is None or highest[0] <= ceiling_m:
+        return []
+    text = (
+        f"autopilots that return by themselves are up to {highest[0]:.1f} m above the ground at {highest[1]}, "
+        f"{highest[0] - ceiling_m:.1f} m beyond the ceiling above ground"
+    )
+    return [checks.warned(checks.MISSION, checks.TERRAIN, text, "lower the layers, or fly where there is less relief")]
 
 
 def check_take_off_altitudes(

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from aos_gcs.airspace.limits import SafetyLimits
+from aos_gcs.airspace.reference_surface import LEVEL
 from aos_gcs.airspace.terrain import GroundRaster
 from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.imaging.model import Frame, KeptView, StepAnalysis
@@ -18,6 +20,7 @@ from aos_gcs.mission.search.ground_in_view import ground_in_view
 from aos_gcs.mission.search.ledger import step_record
 from aos_gcs.mission.search.persons import Judgement, PersonWatch, watch_persons
 from aos_gcs.mission.search.sampling import to_frame
+from aos_gcs.planning.layer_surface import layer_surface
 from aos_gcs.planning.terrain import ground_of_limits
 from aos_gcs.ports import Capture, Severity
 
@@ -65,7 +68,9 @@ class Retrace:
         self._persons = PersonWatch()
         self._frames: list[Frame] = []
         self._analysis: StepAnalysis | None = None
+        self._limits: SafetyLimits | None = None
         self._ground: GroundRaster | None = None
+        self._surface = LEVEL
         self._following = Phase.SCAN
         self.decided = 0
         """Number of decisions made again."""
@@ -95,8 +100,9 @@ class Retrace:
         self._analysis, self._history = analysis, analysis.history
         self._findings.adopt(record.edits)
         self._journal.now_s = situation.now_s
-        self._ground = ground_of_limits(self._settings.terrain, self._frame.origin, situation.traffic.limits)
-        decision = decider.decide(record.phase, situation, situation.traffic.detours(), analysis, self._ground)
+        self._survey(situation.traffic.limits)
+        detours, surface = situation.traffic.detours(), self._surface
+        decision = decider.decide(record.phase, situation, detours, analysis, self._ground, surface=surface)
         self._following = decision.following
         self.decided += 1
         return Retraced(
@@ -142,6 +148,15 @@ class Retrace:
         self._findings.merge(targets)
         self.concluded += 1
         return replace(record, following=following, targets=targets)
+
+    def _survey(self, limits: SafetyLimits) -> None:
+        """Take in the ground and the surface of the layers, which are those of the limits as long as these stay."""
+        if limits == self._limits:
+            return
+        terrain, speed_mps = self._settings.terrain, self._settings.flight.cruise_speed_mps
+        self._ground = ground_of_limits(terrain, self._frame.origin, limits)
+        self._surface = layer_surface(terrain, self._ground, limits, speed_mps)
+        self._limits = limits
 
     def _form_line(self, line: FormedLine) -> None:
         progress = self._decider.progress
