@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import pytest
 
@@ -20,6 +20,9 @@ PLACES_M = {1: (12.0, 24.0), 2: (0.0, 30.0), 3: (-12.0, 38.0)}
 """East and north of where they search. Their launch points lie in a row, the first in the west: the ways home of 1 and
 3 cross. 3 has less to climb to one height and further to fly, so that both are at the crossing at the same time."""
 ONE_HEIGHT_M = 60.0
+LEVEL_M = {1: 0.0, 2: 0.0, 3: 0.0}
+HILLSIDE_M = {1: 9.0, 2: 6.0, 3: 3.0}
+"""How much lower their layers, which follow the ground, are where they search than above its highest place."""
 ALIKE = {
     "arducopter": {"FS_GCS_ENABLE": 1.0, "WPNAV_SPEED_UP": 300.0, "RTL_ALT": 100.0 * ONE_HEIGHT_M},
     "px4": {"NAV_DLL_ACT": 2.0, "RTL_RETURN_ALT": ONE_HEIGHT_M},
@@ -27,9 +30,19 @@ ALIKE = {
 
 
 @pytest.mark.parametrize(
-    ("autopilot", "in_layers"), [("arducopter", True), ("px4", True), ("arducopter", False)], ids=str
+    ("autopilot", "in_layers", "lower_m"),
+    [
+        ("arducopter", True, LEVEL_M),
+        ("px4", True, LEVEL_M),
+        ("arducopter", True, HILLSIDE_M),
+        ("px4", True, HILLSIDE_M),
+        ("arducopter", False, LEVEL_M),
+    ],
+    ids=["arducopter", "px4", "arducopter, hillside", "px4, hillside", "one height"],
 )
-async def test_all_lose_the_link_at_once(monkeypatch: pytest.MonkeyPatch, autopilot: str, in_layers: bool) -> None:
+async def test_all_lose_the_link_at_once(
+    monkeypatch: pytest.MonkeyPatch, autopilot: str, in_layers: bool, lower_m: Mapping[int, float]
+) -> None:
     clock, air = LoopClock(), Air()
     context = DriverContext(clock=clock, is_healthy=lambda: True, notify=lambda _: None)
     options = {"vehicles": 3, "autopilot": autopilot, "parameters": ALIKE[autopilot]}
@@ -46,7 +59,7 @@ async def test_all_lose_the_link_at_once(monkeypatch: pytest.MonkeyPatch, autopi
                 await vehicle.set_return_height(height_m, clock.now_s() + 30.0)
             await vehicle.execute(Arm(), clock.now_s() + 30.0)
             await vehicle.execute(Takeoff(height_m), clock.now_s() + 60.0)
-            place_enu_m = (*PLACES_M[vehicle_id], height_m)
+            place_enu_m = (*PLACES_M[vehicle_id], height_m - lower_m[vehicle_id])
             await vehicle.execute(Goto(swarm.frame.to_geodetic(place_enu_m), 8.0), clock.now_s() + 30.0)
             await until(lambda: swarm.kinematics(vehicle_id).position_enu_m[1] > place_enu_m[1] - 0.3, 60.0)
 

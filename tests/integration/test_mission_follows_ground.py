@@ -114,7 +114,7 @@ async def test_returns_clear_the_highest_ground_at_heights_of_their_own_and_clim
         surface = flight.mission.sortie.context.roster.layers.known_surface()
         assert surface.highest_m >= RIDGE_M - 0.5
         for vehicle_id, layer_m in ((1, 35.0), (2, 37.0), (3, 39.0)):
-            height_m = flight.fleet.members[vehicle_id].facts.return_height_m
+            height_m = flight.fleet.members[vehicle_id].return_height_m
             assert height_m == pytest.approx(layer_m + surface.highest_m, abs=0.1)
         climbs = of_check(flight, CLIMB)
         assert [one.status for one in climbs] == [CheckStatus.FAIL, CheckStatus.FAIL, CheckStatus.PASS]
