@@ -49,7 +49,7 @@ def test_layers_that_follow_the_ground_are_not_raised(tmp_path: Path) -> None:
     assert flight.write_ground(file)
     settings = mission_settings(flight, 3, "aos-apso", 1, ground=file, follow=True)
     assert settings.layers_follow_ground
-    assert settings.flight == FlightPlan()
+    assert settings.flight == FlightSettings()
 
 
 def test_layers_over_level_ground_have_nothing_to_follow() -> None:
