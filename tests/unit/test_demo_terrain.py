@@ -13,8 +13,10 @@ from aos_gcs.config.file import parse_config
 from aos_gcs.config.model import ServiceConfig
 from aos_gcs.config.settings import mission_settings
 from aos_gcs.errors import ConfigurationError
+from aos_gcs.runtime.demo import DemoOptions
 from aos_gcs.runtime.demo_terrain import terrain_tables
-from tests.fakes.relief import ORIGIN, Relief, hill, write_relief
+from aos_gcs.scripting import ScriptOptions
+from tests.fakes.relief import ORIGIN, Relief, hill, terrain, write_relief
 
 MISSION = {
     "vehicles": 4,
@@ -46,6 +48,17 @@ def test_layers_that_follow_the_ground_stay_as_high_above_it_as_usual(tmp_path: 
     assert settings.flight.lowest_layer_m == 35.0
     assert settings.preflight.upload_fence
     assert settings.preflight.overrides.keys() == {"climb of the return"}
+
+
+def test_layers_over_level_ground_have_nothing_to_follow() -> None:
+    with pytest.raises(ConfigurationError, match="--follow-ground needs a --terrain"):
+        DemoOptions(follow_ground=True)
+
+
+def test_scripts_fly_level_layers() -> None:
+    area_enu_m = ((0.0, 0.0), (10.0, 0.0), (10.0, 10.0))
+    with pytest.raises(ConfigurationError, match=r"terrain\.follow is for missions only"):
+        ScriptOptions(vehicles=2, area_enu_m=area_enu_m, terrain=terrain(Path("ground.tif"), follow=True))
 
 
 def test_a_ground_elsewhere_is_refused(tmp_path: Path) -> None:
