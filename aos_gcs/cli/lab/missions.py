@@ -56,12 +56,12 @@ def missions(
     layer_spacing: Annotated[
         float | None,
         typer.Option(
-            metavar="M", help="Vertical distance of two altitude layers. [default: 2, and 7.5 with --errors gnss]"
+            metavar="M", help="Vertical distance of two altitude layers.", show_default="2; 7.5 with --errors gnss"
         ),
     ] = None,
     launch_spacing: Annotated[
         float | None,
-        typer.Option(metavar="M", help="Distance of two launch points. [default: 5, and 10 with --errors gnss]"),
+        typer.Option(metavar="M", help="Distance of two launch points.", show_default="5; 10 with --errors gnss"),
     ] = None,
     follow_ground: Annotated[
         bool, typer.Option("--follow-ground", help="Let the altitude layers follow the ground of --terrain.")
