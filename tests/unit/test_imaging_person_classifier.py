@@ -129,6 +129,19 @@ def test_what_three_vehicles_do_not_see_warm_is_surely_no_person(swarm: int, sur
     assert decide(cold).is_surely_other is sure
 
 
+@pytest.mark.parametrize(
+    ("views", "frames", "thorough"), [(9, 9, True), (9, 15, True), (9, 16, False), (8, 8, False), (15, 15, True)]
+)
+def test_a_look_is_thorough_where_most_frames_of_three_steps_show_what_is_no_person(
+    views: int, frames: int, thorough: bool
+) -> None:
+    boar = replace(DEER, contrast_median_k=6.0, contrast_peak_k=9.0, vehicles=3, swarm=5, views=views, frames=frames)
+    assert decide(boar).is_surely_other
+    assert decide(boar).is_thorough is thorough
+    assert not decide(replace(PERSON, vehicles=3, swarm=5, views=views, frames=frames)).is_thorough
+    assert not decide(Evidence(0, 0, 0.0, 0.0, 0.0, 0.0, frames=frames, swarm=5)).is_thorough
+
+
 def test_something_as_hot_as_an_engine_is_no_person() -> None:
     assert person_confidence(replace(PERSON, contrast_median_k=60.0, contrast_peak_k=70.0)) == 0.0
 

@@ -28,6 +28,8 @@ MOST = 0.6
 """Share of the vehicles that are most of them."""
 ENOUGH = 3
 """Vehicles that must see it for that."""
+THOROUGH_FRAMES = 9
+"""Frames that show a body thoroughly: those of three vehicles in three steps."""
 MIN_RELATIVE_CONTRAST = 5.0
 """Median contrast of a spot without temperatures that counts as a find, in standard deviations of its surroundings."""
 MIN_CONCENTRATION = 4.0
@@ -68,6 +70,9 @@ class Verdict:
     """What it rests on, in words."""
     is_surely_other: bool = False
     """Whether it is no person by what most of the vehicles see: nothing that leaves hide could change that."""
+    is_thorough: bool = False
+    """Whether so many frames show that it is surely no person that further looks would tell no more. What is not warm
+    is never: leaves may hide a person from all of them but one."""
     is_evidence: bool = True
     """Whether it counts beside other looks; what a single vehicle sees does not."""
 
@@ -86,8 +91,11 @@ def decide(evidence: Evidence, model: PersonModel | None = None) -> Verdict:
     probability = person_confidence(evidence, model)
     share = evidence.vehicles / max(evidence.swarm, evidence.vehicles)
     is_surely_other = probability <= SURELY_OTHER and share >= MOST and evidence.vehicles >= ENOUGH
+    is_thorough = is_surely_other and evidence.views >= max(THOROUGH_FRAMES, MOST * evidence.frames)
     is_evidence = evidence.vehicles >= MIN_VEHICLES
-    return Verdict(_kind(evidence, probability), probability, _reasons(evidence), is_surely_other, is_evidence)
+    return Verdict(
+        _kind(evidence, probability), probability, _reasons(evidence), is_surely_other, is_thorough, is_evidence
+    )
 
 
 def pooled(verdicts: Sequence[Verdict]) -> Verdict:
@@ -105,7 +113,7 @@ def pooled(verdicts: Sequence[Verdict]) -> Verdict:
     is_person = probability >= TOGETHER
     decisive = [one for one in looks if (one.kind is FindingKind.PERSON) is is_person]
     verdict = decisive[-1] if decisive else replace(looks[-1], kind=FindingKind.UNDECIDED)
-    return replace(verdict, probability=probability, is_surely_other=latest.is_surely_other)
+    return replace(verdict, probability=probability, is_surely_other=latest.is_surely_other, is_thorough=False)
 
 
 def _log_odds(probability: float) -> float:

@@ -18,8 +18,8 @@ from aos_gcs.planning.settings import DetectionSettings
 from aos_gcs.ports import Severity
 
 SURE_SIGHTINGS = 3
-"""Sightings in a row that are surely no person, after which a target is left: each rests on the frames of three
-steps."""
+"""Sightings in a row that are surely no person, after which a target is left. Each rests on the frames of up to three
+steps; a thorough one is worth as many."""
 _OTHERS = frozenset(FindingKind) - CLAIMED - {FindingKind.UNDECIDED}
 """Kinds of what is decided to be no person."""
 
@@ -86,7 +86,7 @@ class Claims:
 
     def follow(self) -> None:
         """Move the places with their tracks, after each step's observation."""
-        self._looks.follow(self._tracker.places_enu_m())
+        self._looks.follow(self._tracker.places_in_view_enu_m())
 
     def announce(self) -> int | None:
         """Announce all targets that the latest decisions agree to be persons; return the track to be watched, if any.
@@ -138,9 +138,17 @@ class Claims:
             if (verdict := self._tracker.latest_verdict(track_id)) is None:
                 continue
             place = float(east_m), float(north_m), 0.0
-            if self._looks.count_other(track_id, place, is_surely_other=verdict.is_surely_other) >= SURE_SIGHTINGS:
+            worth = SURE_SIGHTINGS if verdict.is_thorough else 1
+            count = self._looks.count_other(track_id, place, is_surely_other=verdict.is_surely_other, worth=worth)
+            if count >= SURE_SIGHTINGS:
                 others.add(track_id)
         return frozenset(others)
+
+    def is_worth_a_search(self) -> bool:
+        """Whether the present target, which is out of view, may be a person by what most vehicles saw of it last."""
+        target = self._tracker.estimate()
+        verdict = None if target is None else self._tracker.verdict(target.track_id)
+        return verdict is None or not verdict.is_surely_other
 
     def is_rejected(self) -> bool:
         """Whether operators have rejected the present target."""

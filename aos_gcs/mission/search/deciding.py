@@ -224,7 +224,8 @@ class Decider:
     def _continue_scan(self, situation: Situation, detours: Detours) -> Phase:
         """Follow the leg; return to it after a target was lost; after its end take the next one, or fly home."""
         if self.tracker.estimate() is not None:
-            if self.tracker.steps_out_of_view < self._settings.detection.reacquire_steps:
+            is_recent = self.tracker.steps_out_of_view < self._settings.detection.reacquire_steps
+            if is_recent and self._claims.is_worth_a_search():
                 return Phase.SCAN
             self._claims.conclude_lost()
             self.tracker.give_up()

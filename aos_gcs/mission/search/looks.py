@@ -18,7 +18,8 @@ class _Look:
     """One place that the swarm has converged on."""
 
     place_enu_m: tuple[float, float]
-    track_id: int
+    track_id: int | None
+    """None: its track has gone on to something else."""
     steps: int = 0
     others: int = 0
     """Sightings that were surely no person, since the last one that may have been."""
@@ -38,10 +39,18 @@ class Looks:
         return (*(look.place_enu_m for look in self._looks if look.is_settled), *self._left_enu_m)
 
     def follow(self, places_enu_m: Mapping[int, NDArray[np.float64]]) -> None:
-        """Move the places with their tracks, whose positions, shape (2,), are given by id."""
+        """Move the places with their tracks in view, whose positions, shape (2,), are given by id.
+
+        A track that goes on to something farther off leaves the place where it is.
+        """
         for look in self._looks:
-            if (place_enu_m := places_enu_m.get(look.track_id)) is not None:
-                look.place_enu_m = float(place_enu_m[0]), float(place_enu_m[1])
+            if look.track_id is None or look.track_id not in places_enu_m:
+                continue
+            east_m, north_m = map(float, places_enu_m[look.track_id])
+            if math.dist(look.place_enu_m, (east_m, north_m)) <= SETTLED_M:
+                look.place_enu_m = east_m, north_m
+            else:
+                look.track_id = None
 
     def count(self, track_id: int, position_enu_m: EnuPoint) -> int:
         """Count a step of converging on a target, and return the number of such steps."""
@@ -49,13 +58,13 @@ class Looks:
         look.steps += 1
         return look.steps
 
-    def count_other(self, track_id: int, position_enu_m: EnuPoint, *, is_surely_other: bool) -> int:
-        """Count a sighting of a target, and return how many in a row were surely no person.
+    def count_other(self, track_id: int, position_enu_m: EnuPoint, *, is_surely_other: bool, worth: int = 1) -> int:
+        """Count a sighting of a target, worth one or several, and return how many in a row were surely no person.
 
         Steps without a sighting leave the number as it is: what leaves show and hide in turn is looked at in parts.
         """
         look = self._at(track_id, position_enu_m)
-        look.others = look.others + 1 if is_surely_other else 0
+        look.others = look.others + worth if is_surely_other else 0
         return look.others
 
     def settle(self, track_id: int, position_enu_m: EnuPoint) -> None:

@@ -151,6 +151,10 @@ class TargetTracker:
         """Return the horizontal place of every track, shape (2,), by its id."""
         return {track.track_id: track.position_enu_m for track in self._tracks.tracks}
 
+    def places_in_view_enu_m(self) -> dict[int, NDArray[np.float64]]:
+        """Return the same of the tracks that the latest step shows; those of the others are predicted."""
+        return {key: place for key, place in self.places_enu_m().items() if self._in_view(key) is not None}
+
     def judge(self, judgements: Mapping[int, Judgement]) -> None:
         """Take in what the tracks are taken for after a step, by their ids; without a result the former one stays."""
         before, self._judged = self._judged, {}
