@@ -15,7 +15,7 @@ from aos_gcs.runtime.virtual_time import run
 from tests.campaign.faults.base import Fault
 from tests.campaign.faults.station import Freeze
 from tests.campaign.oracle import Violation
-from tests.campaign.scenario import LAUNCH_SPACING_M, Scenario
+from tests.campaign.scenario import Scenario
 from tests.campaign.station import Station
 from tests.campaign.world import World
 
@@ -60,7 +60,6 @@ async def _fly(scenario: Scenario, folder: Path) -> Verdict:
         scenario.settings(),
         folder,
         scenario.seed,
-        launch_spacing_m=LAUNCH_SPACING_M[scenario.errors],
         can_freeze=can_freeze,
     )
     refused, outcome = "", ""

@@ -72,6 +72,7 @@ class Scenario:
             parameters=QUICK[self.autopilot],
             errors=replace(NONE, position=GRADES[self.errors].position),
             step_ticks=STEP_TICKS,
+            launch_spacing_m=LAUNCH_SPACING_M[self.errors],
         )
 
     def settings(self) -> MissionSettings:

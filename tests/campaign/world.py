@@ -57,7 +57,6 @@ class World:
         settings: the mission.
         folder: for the records.
         seed: of the air's chances.
-        launch_spacing_m: distance of two launch points.
         can_freeze: whether the station's event loop can be blocked, which makes everything slower.
     """
 
@@ -68,14 +67,12 @@ class World:
         folder: Path,
         seed: int,
         *,
-        launch_spacing_m: float,
         can_freeze: bool,
     ) -> None:
         self._options = options
         self._settings = settings
         self._folder = folder
         self._can_freeze = can_freeze
-        self._launch_spacing_m = launch_spacing_m
         self._stations = 0
         self._stack = AsyncExitStack()
         self._images: dict[str, bytes] = {}
@@ -228,7 +225,6 @@ class World:
         # A tick that is due by a rounding error only would be waited for without time passing.
         delay_s = Pacer.delay_s
         patches.setattr(Pacer, "delay_s", lambda pacer, real_s: delay_s(pacer, real_s) + 1e-5)
-        patches.setattr("aos_sim.swarm.GRID_M", self._launch_spacing_m)
         patches.setattr(ImageServer, "publish", publish)
         patches.setattr(ImageServer, "__aenter__", serve_nothing)
         patches.setattr(ImageServer, "__aexit__", serve_nothing)

@@ -188,7 +188,7 @@ def test_something_that_never_waits_is_told() -> None:
         while True:  # noqa: ASYNC110 - that is what it is for
             await asyncio.sleep(0)
 
-    with pytest.raises(RuntimeError, match="without waiting"):
+    with pytest.raises(RuntimeError, match="never waits"):
         run(spin())
 
 

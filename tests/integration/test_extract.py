@@ -204,7 +204,7 @@ def test_folders_are_kept_where_nothing_is_extracted(
     empty = tmp_path / "empty"
     empty.mkdir()
     assert "No frame" in refusal(video, empty, capsys, "--from", 50)
-    assert "does not exist" in refusal(tmp_path, empty, capsys)
+    assert "it is not a file" in refusal(tmp_path, empty, capsys)
     monkeypatch.chdir(empty)
     assert "exists already" in refusal(video, Path(), capsys)
 

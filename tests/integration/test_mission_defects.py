@@ -53,7 +53,7 @@ async def test_a_defect_sends_all_home_and_is_reported(culprit: str) -> None:
     flight = prepare()
     pilot = flight.fleet.members[1]
 
-    def fail(*_args: object) -> None:
+    def fail(*_args: object, **_settings: object) -> None:
         raise ZeroDivisionError("a defect")
 
     with pytest.raises(ExceptionGroup) as caught:  # noqa: PT012 - the mission is the statement
