@@ -111,6 +111,24 @@ def test_a_return_by_the_autopilot_itself_has_no_pilot_and_one_that_a_pilot_bega
     assert not control.has_pilot
 
 
+@pytest.mark.parametrize("way_down", ["RTL", "LAND"])
+def test_only_a_pilot_ends_a_way_down_that_a_restarted_station_finds(way_down: str) -> None:
+    control = ControlWatch()
+    control.take_heartbeat(way_down, heartbeat(), OURS, 0.0, comes_down=True)
+    control.take_heartbeat("RTL", heartbeat(), OURS, 1.0, comes_down=True)
+    assert control.takeovers == 0
+    control.take_heartbeat("BRAKE", heartbeat(), OURS, 2.0)
+    assert (control.reason, control.has_pilot) == ("its mode changed to BRAKE", True)
+
+
+def test_a_hold_that_a_restarted_station_commands_ends_a_way_down_without_a_pilot() -> None:
+    control = ControlWatch()
+    control.take_heartbeat("RTL", heartbeat(), OURS, 0.0, comes_down=True)
+    control.begin(BRAKE, None)
+    control.take_heartbeat("BRAKE", heartbeat(), OURS, 1.0)
+    assert control.takeovers == 0
+
+
 def test_a_take_over_ends_with_the_motors() -> None:
     control = watch("LOITER")
     control.take_heartbeat("LOITER", heartbeat(armed=False), OURS, 1.0)

@@ -77,6 +77,8 @@ class ControlWatch:
         self.failsafe = ""
         """Status of the autopilot's own failsafe, in a word; empty while it has none."""
         self._is_armed = False
+        self._came_down = False
+        """Whether the mode of the latest heartbeat was a return or a landing."""
         self._reported: GeodeticPosition | None = None
         """Target that was reported last."""
         self._former: tuple[GeodeticPosition, ...] = ()
@@ -159,7 +161,8 @@ class ControlWatch:
         is_armed = bool(heartbeat.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED)
         if is_armed and not self._is_armed:
             self.has_pilot = False
-        self._is_armed = is_armed
+        has_ended_way_down = is_armed and self._is_armed and self._came_down and not comes_down
+        self._is_armed, self._came_down = is_armed, comes_down
         self._mode_name = mode_name
         self.failsafe = _FAILSAFES.get(heartbeat.system_status, "") if is_armed else ""
         if not is_armed:
@@ -167,7 +170,8 @@ class ControlWatch:
         elif mode_name in self._modes:
             self._shown_at_s = now_s if self._shown_at_s is None else self._shown_at_s
             self._count_beat(now_s, reports_targets=reports_targets)
-        elif not self._is_explained(mode_name, our_modes, now_s):
+        elif (has_ended_way_down and not self._modes) or not self._is_explained(mode_name, our_modes, now_s):
+            # Without a command of ours, as after a restart, only a pilot ends a return or a landing in the air.
             self._take_over(f"its mode changed to {mode_name}", has_pilot=not comes_down)
             self._modes, self._older_modes = frozenset({mode_name}), frozenset()
 
