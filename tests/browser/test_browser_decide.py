@@ -89,6 +89,7 @@ async def test_pictures_of_a_finding_are_enlarged(page: Page, found_service: Ser
     for width_px, height_px, least_px in ((1280, 800, 500), (390, 844, 300)):
         await page.set_viewport_size({"width": width_px, "height": height_px})
         for picture in await window.locator("img").all():
+            await expect(picture).to_be_visible()  # it has no box before its bytes are there
             box = await picture.bounding_box()
             assert box is not None
             assert min(box["width"], box["height"]) >= least_px
