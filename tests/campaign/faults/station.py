@@ -26,8 +26,10 @@ class Freeze(Fault):
             return
         world.loop.freeze()
         with world.held_telemetry():
-            await world.sleep(self.duration_s)
-            world.loop.thaw()
+            try:
+                await world.sleep(self.duration_s)
+            finally:  # the mission may end before: a service that stands still would never end
+                world.loop.thaw()
 
 
 @dataclass(frozen=True)
