@@ -8,7 +8,7 @@ from typing import Final
 
 from aos_gcs.imaging.aperture import AperturePlan, plan_aperture
 from aos_gcs.planning.aperture import SATURATION
-from aos_gcs.planning.estimate import estimate_flight, planned_leg_count, planned_legs
+from aos_gcs.planning.estimate import estimate_flights, planned_leg_count, planned_legs
 from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.swarm.registry import make_strategy
 
@@ -73,9 +73,8 @@ def _heading(plan: MissionPlan, plane_height_m: float) -> Proposal | None:
     legs_of = {heading_rad: planned_legs(plan, plane_height_m, heading_rad) for heading_rad in headings}
     if not legs_of:
         return None
-    duration_s = {heading_rad: estimate_flight(plan, legs).duration_s for heading_rad, legs in legs_of.items()}
-    best_rad = min(duration_s, key=duration_s.__getitem__)
-    best_s, present_s = duration_s[best_rad], estimate_flight(plan, present).duration_s
+    present_s, *others_s = (one.duration_s for one in estimate_flights(plan, [present, *legs_of.values()]))
+    best_s, best_rad = min(zip(others_s, legs_of, strict=True))
     if best_s > _WORTH_TURNING * present_s:
         return None
     count = len(legs_of[best_rad])

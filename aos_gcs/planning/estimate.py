@@ -77,7 +77,7 @@ def estimate_plan(plan: MissionPlan, plane_height_m: float) -> PlanEstimate:
     legs = planned_legs(plan, plane_height_m)
     swath_m = _swath_m(plan, plane_height_m)
     swept = raster.inside([_swept(leg, swath_m) for leg in legs])
-    flight = estimate_flight(plan, legs)
+    (flight,) = estimate_flights(plan, [legs])
     return PlanEstimate(
         legs=legs,
         swath_m=swath_m,
@@ -109,13 +109,19 @@ def planned_leg_count(plan: MissionPlan, plane_height_m: float, heading_rad: flo
     return leg_count(plan.area_enu_m, direction_enu, _swath_m(plan, plane_height_m))
 
 
-def estimate_flight(plan: MissionPlan, legs: Sequence[ScanLeg]) -> FlightEstimate:
-    """Estimate a flight along the legs of a plan, or along those of another heading."""
+def estimate_flights(plan: MissionPlan, patterns: Sequence[Sequence[ScanLeg]]) -> list[FlightEstimate]:
+    """Estimate flights of a plan along the legs of one or another heading."""
+    step_m = scan_step_m(plan)
+    scan_mps = step_m / (move_s(step_m, plan.cruise_speed_mps) + STILL_S)
+    return [_estimate_flight(plan, legs, scan_mps) for legs in patterns]
+
+
+def _estimate_flight(plan: MissionPlan, legs: Sequence[ScanLeg], scan_mps: float) -> FlightEstimate:
     start_enu_m = launch_place(plan)
     landing_enu_m = start_enu_m if plan.return_enu_m is None else plan.return_enu_m
     transfers_m = _transfers_m(legs, start_enu_m, landing_enu_m)
     scanned_m = sum(leg.length_m for leg in legs)
-    scan_s = scanned_m / scan_step_m(plan) * _step_s(plan)
+    scan_s = scanned_m / scan_mps
     transfer_s = sum(move_s(length_m, plan.cruise_speed_mps) for length_m in transfers_m)
     highest_m = plan.highest_layer_m
     duration_s = scan_s + transfer_s + highest_m / CLIMB_MPS + highest_m / SINK_MPS
@@ -153,10 +159,6 @@ def move_s(distance_m: float, speed_mps: float) -> float:
 
 def _direction(heading_rad: float) -> NDArray[np.float64]:
     return np.array([math.sin(heading_rad), math.cos(heading_rad)])
-
-
-def _step_s(plan: MissionPlan) -> float:
-    return move_s(scan_step_m(plan), plan.cruise_speed_mps) + STILL_S
 
 
 def _swath_m(plan: MissionPlan, plane_height_m: float) -> float:
