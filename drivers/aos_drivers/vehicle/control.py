@@ -161,7 +161,7 @@ class ControlWatch:
         is_armed = bool(heartbeat.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED)
         if is_armed and not self._is_armed:
             self.has_pilot = False
-        has_ended_way_down = is_armed and self._is_armed and self._came_down and not comes_down
+        ends_way_down = self._is_armed and self._came_down and not comes_down
         self._is_armed, self._came_down = is_armed, comes_down
         self._mode_name = mode_name
         self.failsafe = _FAILSAFES.get(heartbeat.system_status, "") if is_armed else ""
@@ -170,8 +170,7 @@ class ControlWatch:
         elif mode_name in self._modes:
             self._shown_at_s = now_s if self._shown_at_s is None else self._shown_at_s
             self._count_beat(now_s, reports_targets=reports_targets)
-        elif (has_ended_way_down and not self._modes) or not self._is_explained(mode_name, our_modes, now_s):
-            # Without a command of ours, as after a restart, only a pilot ends a return or a landing in the air.
+        elif not self._is_explained(mode_name, our_modes, now_s, ends_way_down=ends_way_down):
             self._take_over(f"its mode changed to {mode_name}", has_pilot=not comes_down)
             self._modes, self._older_modes = frozenset({mode_name}), frozenset()
 
@@ -208,9 +207,10 @@ class ControlWatch:
         self._shown_at_s = self._accepted_at_s = self._climb = None
         self._forget_target()
 
-    def _is_explained(self, mode_name: str, our_modes: frozenset[str], now_s: float) -> bool:
+    def _is_explained(self, mode_name: str, our_modes: frozenset[str], now_s: float, *, ends_way_down: bool) -> bool:
         if not self._modes:
-            return mode_name in our_modes
+            # Nothing was commanded, as after a restart: only a pilot ends a return or a landing in the air.
+            return mode_name in our_modes and not ends_way_down
         since_s = self._accepted_at_s if self._shown_at_s is None else self._shown_at_s
         is_recent = since_s is None or now_s - since_s <= _LATE_S
         return is_recent and mode_name in self._older_modes
