@@ -17,7 +17,8 @@ def restore(
 ) -> None:
     """Set failsafe return heights back that a killed mission has left changed. Exit code 1: not on all vehicles.
 
-    By the records; only on vehicles on the ground. While a mission uses the links, it is refused.
+    By the records, and only on vehicles whose motors stand still. Not for use while a mission flies: a port that it
+    listens on is refused, but not a connection to a vehicle (tcpout, serial).
     """
     from aos_gcs.config.file import read_config  # noqa: PLC0415 - heavy, only for this command
     from aos_gcs.runtime.restoring import restore_return_settings  # noqa: PLC0415
