@@ -83,9 +83,11 @@ class ReferenceSurface:
             start_enu_m: start of the way; the first two coordinates count.
             end_enu_m: its end.
         """
+        if self.is_level:
+            return 1.0
         way_m = np.asarray(end_enu_m[:2] - start_enu_m[:2], dtype=np.float64)
         count = math.ceil(float(np.hypot(*way_m)) / _SAMPLE_M)
-        if self.is_level or count < 2:
+        if count < 2:
             return 1.0
         shares = np.arange(1, count + 1) / count
         rises_m = self.height_m(start_enu_m[:2] + shares[:, None] * way_m) - self.at(start_enu_m)

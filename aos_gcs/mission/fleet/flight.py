@@ -233,7 +233,7 @@ class FlightControl:
             goes_home = is_lost or member.state.mode is FlightMode.RETURN or isinstance(command, ReturnToLaunch)
             climbs = isinstance(command, Takeoff) and not self._roster.is_in_layer(member)
             top_enu_m = layers.at(member, position_enu_m) if climbs else None
-            climbs_to_return = goes_home and layers.surface is not None and not layers.surface.is_level
+            climbs_to_return = goes_home and layers.follow_ground
             obstacle = Obstacle(
                 member.vehicle_id,
                 position_enu_m,

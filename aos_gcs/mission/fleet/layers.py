@@ -43,6 +43,11 @@ class Layers:
         self.surface: ReferenceSurface | None = LEVEL
         """None while it is not known: then no layer has a height."""
 
+    @property
+    def follow_ground(self) -> bool:
+        """Whether layers are known to be higher at one place than at another."""
+        return self.surface is not None and not self.surface.is_level
+
     def known_surface(self) -> ReferenceSurface:
         """Return the surface.
 

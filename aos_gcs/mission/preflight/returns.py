@@ -16,14 +16,14 @@ def return_bounds(roster: Roster, member: Member, clearance: ReturnClearance | N
 
     Over relief that its layer follows, it is one height alone: a lower one would cross the returns of others.
     """
-    return_m, surface = roster.layers.return_above_home_m(member), roster.layers.surface
+    return_m = roster.layers.return_above_home_m(member)
     if clearance is None or member.home_enu_m is None:
         return ReturnBounds(return_m)
     least_m, least_of = (
         clearance.least_up_m - float(member.home_enu_m[2]),
         f"the floor above the ground at {clearance.place}",
     )
-    if return_m is not None and surface is not None and not surface.is_level and return_m > least_m:
+    if return_m is not None and roster.layers.follow_ground and return_m > least_m:
         least_m, least_of = return_m, "its layer above the highest place of the ground that the layers follow"
     return ReturnBounds(return_m, least_m, least_of)
 
