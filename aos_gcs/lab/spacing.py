@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.lab.worlds import ErrorGrade
@@ -45,6 +45,8 @@ class Spacing:
                 raise ConfigurationError(f"--{name}-spacing must lie within 1 and {high:g}, but is {value:g}.")
 
 
+USUAL = Spacing()
+"""Distances of vehicles with corrected positions."""
 _SPACINGS: Mapping[str, Spacing] = {
     # Heights known to 1.8 m need layers of 7.2 m. Two launch points whose places are each known to 1 m are reported at
     # the 4.9 m that they have to be apart, with twice the deviation to spare, at 8 m.
@@ -63,10 +65,9 @@ def spacing_for(errors: str, layers_m: float | None = None, launch_m: float | No
     Raises:
         ConfigurationError: a value is out of its range.
     """
-    usual = _SPACINGS.get(errors, Spacing())
-    return Spacing(
-        usual.layers_m if layers_m is None else layers_m,
-        usual.launch_m if launch_m is None else launch_m,
-        usual.overrides,
-        usual.accuracy_m,
+    usual = _SPACINGS.get(errors, USUAL)
+    return replace(
+        usual,
+        layers_m=usual.layers_m if layers_m is None else layers_m,
+        launch_m=usual.launch_m if launch_m is None else launch_m,
     )

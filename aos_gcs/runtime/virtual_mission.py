@@ -10,7 +10,7 @@ from aos_gcs.clock import LoopClock
 from aos_gcs.imaging.geolocation import Uncertainty
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.lab.flights import Flight
-from aos_gcs.lab.spacing import Spacing
+from aos_gcs.lab.spacing import USUAL, Spacing
 from aos_gcs.mission.coordinator import Coordinator
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal
@@ -88,7 +88,7 @@ def mission_settings(
     seed: int,
     *,
     ground: Path | None = None,
-    spacing: Spacing | None = None,
+    spacing: Spacing = USUAL,
     follow: bool = False,
 ) -> MissionSettings:
     """Return the settings of an unattended search of a simulated area; what is not named is as in every mission.
@@ -102,10 +102,10 @@ def mission_settings(
         strategy: name of the swarm's strategy.
         seed: of the strategy's draws.
         ground: elevation model that the mission knows; None: the ground counts as level.
-        spacing: how far apart the vehicles fly; None: as they do with corrected positions.
+        spacing: how far apart the vehicles fly.
         follow: whether the layers follow the ground that the mission knows.
     """
-    usual, apart = FlightSettings(), spacing or Spacing()
+    usual = FlightSettings()
     settings = MissionSettings(
         vehicles=vehicles,
         any_vehicles=True,
@@ -117,21 +117,23 @@ def mission_settings(
         flight=replace(
             usual,
             lowest_layer_m=usual.lowest_layer_m + flight.highest_ground_m,
-            layer_spacing_m=apart.layers_m,
+            layer_spacing_m=spacing.layers_m,
         ),
-        preflight=PreflightSettings(upload_fence=True, set_return_height=ground is not None, overrides=apart.overrides),
-        uncertainty=_uncertainty(apart),
-        registration=RegistrationSettings(enabled=apart.accuracy_m is not None),
+        preflight=PreflightSettings(
+            upload_fence=True, set_return_height=ground is not None, overrides=spacing.overrides
+        ),
+        uncertainty=_uncertainty(spacing),
+        registration=RegistrationSettings(enabled=spacing.accuracy_m is not None),
         auto_start=True,
         auto_return=True,
     )
     return settings if ground is None else above_ground(settings, ground, follow=follow)
 
 
-def _uncertainty(apart: Spacing) -> Uncertainty:
-    if apart.accuracy_m is None:
+def _uncertainty(spacing: Spacing) -> Uncertainty:
+    if spacing.accuracy_m is None:
         return Uncertainty()
-    horizontal_m, vertical_m = apart.accuracy_m
+    horizontal_m, vertical_m = spacing.accuracy_m
     return Uncertainty(position_horizontal_m=horizontal_m, position_vertical_m=vertical_m)
 
 
