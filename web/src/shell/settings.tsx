@@ -2,7 +2,7 @@
 import { type Notation, NOTATIONS } from "../coordinates";
 import { texts } from "../texts";
 import { type Theme, THEMES } from "../theme";
-import { Choice } from "../ui/choice";
+import { Choice, type ChoiceProps } from "../ui/choice";
 import { Dialog } from "../ui/dialog";
 import type { Access } from "./use_session";
 import { type Voice, VOICES } from "./voice";
@@ -24,8 +24,7 @@ export function Settings({ access, isSurvey, theme, onTheme, voice, onVoice, ...
   const { settings } = texts;
   return (
     <Dialog title={settings.open} testId="settings" onClose={onClose}>
-      <h3>{settings.theme}</h3>
-      <Choice
+      <Setting
         label={settings.theme}
         testId="theme"
         values={THEMES}
@@ -33,8 +32,7 @@ export function Settings({ access, isSurvey, theme, onTheme, voice, onVoice, ...
         labels={settings.themes}
         onChoose={onTheme}
       />
-      <h3>{settings.alerts}</h3>
-      <Choice
+      <Setting
         label={settings.alerts}
         testId="voice"
         values={VOICES}
@@ -42,8 +40,7 @@ export function Settings({ access, isSurvey, theme, onTheme, voice, onVoice, ...
         labels={settings.voice}
         onChoose={onVoice}
       />
-      <h3>{settings.notation}</h3>
-      <Choice
+      <Setting
         label={settings.notation}
         testId="notation"
         values={NOTATIONS}
@@ -64,6 +61,16 @@ export function Settings({ access, isSurvey, theme, onTheme, voice, onVoice, ...
         </button>
       </div>
     </Dialog>
+  );
+}
+
+/** Choice below its own title. */
+function Setting<T extends string>(props: ChoiceProps<T>) {
+  return (
+    <>
+      <h3>{props.label}</h3>
+      <Choice {...props} />
+    </>
   );
 }
 

@@ -1,5 +1,5 @@
 /** Row of buttons of which one is selected. */
-interface Props<T extends string> {
+export interface ChoiceProps<T extends string> {
   label: string;
   testId: string;
   values: readonly T[];
@@ -8,7 +8,7 @@ interface Props<T extends string> {
   onChoose(value: NoInfer<T>): void;
 }
 
-export function Choice<T extends string>({ label, testId, values, chosen, labels, onChoose }: Props<T>) {
+export function Choice<T extends string>({ label, testId, values, chosen, labels, onChoose }: ChoiceProps<T>) {
   return (
     <div class="choice" role="group" aria-label={label}>
       {values.map((value) => (

@@ -16,11 +16,9 @@ export function notations({ position }: Finding, chosen: Notation): [Notation, s
   const { latitude_deg, longitude_deg } = position;
   if (latitude_deg === null || longitude_deg === null) return [];
   const ordered = [chosen, ...NOTATIONS.filter((notation) => notation !== chosen)];
-  const all = ordered.map((notation) => [notation, written({ latitude_deg, longitude_deg }, notation)] as const);
-  // Beyond the reach of UTM its notations are those of degrees, too.
-  return all
-    .filter(([, text], index) => all.findIndex(([, other]) => other === text) === index)
-    .map(([name, text]) => [name, text]);
+  const all = ordered.map((name): [Notation, string] => [name, written({ latitude_deg, longitude_deg }, name)]);
+  // Beyond the reach of UTM several notations are the same.
+  return all.filter(([, text], index) => all.findIndex(([, other]) => other === text) === index);
 }
 
 export function FindingDetail({ finding }: { finding: Finding }) {
