@@ -100,13 +100,15 @@ async def _fly(options: DemoOptions, as_json: bool, stay: bool) -> Score:
     from aos_gcs.cli.display.live import followed  # noqa: PLC0415 - heavy, only for this command
     from aos_gcs.runtime.demo import open_demo  # noqa: PLC0415
 
-    async with open_demo(options) as flight:
-        async with followed(flight.mission.view):
-            score = await flight.run()
-        _print(score, as_json)
-        if stay:
-            await stay_up(flight)
-    return score
+    following = None
+    while True:
+        async with open_demo(options, following) as flight:
+            async with followed(flight.mission.view):
+                score = await flight.run()
+            _print(score, as_json)
+            following = await stay_up(flight) if stay else None
+        if following is None:
+            return score
 
 
 def _print(score: Score, as_json: bool) -> None:

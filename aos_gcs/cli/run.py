@@ -15,6 +15,8 @@ from aos_gcs.errors import ConfigurationError
 
 if TYPE_CHECKING:
     from aos_gcs.config.model import ServiceConfig
+    from aos_gcs.mission.model.phase import Outcome
+    from aos_gcs.mission.next_sortie import NextSortie
 
 T = TypeVar("T")
 
@@ -22,8 +24,8 @@ T = TypeVar("T")
 class Staying(Protocol):
     """A mission whose dashboard can stay available."""
 
-    async def stay(self) -> None:
-        """Keep the dashboard available until cancelled."""
+    async def stay(self) -> NextSortie | None:
+        """Keep the dashboard available until an operator asks for a new sortie."""
         ...
 
 
@@ -80,30 +82,42 @@ def _show_plan(config: ServiceConfig) -> None:
 
 
 async def _fly(config: ServiceConfig, stay: bool) -> bool:
-    """Run the mission, print its result, and return whether it neither failed nor was aborted."""
+    """Fly one sortie after another, and return whether the last one neither failed nor was aborted."""
+    from aos_gcs.mission.model.phase import Outcome  # noqa: PLC0415 - heavy, only for this command
+
+    outcome, following = await _fly_sortie(config, None, stay=stay)
+    while following is not None:
+        outcome, following = await _fly_sortie(config, following, stay=stay)
+    return outcome not in {Outcome.FAILED, Outcome.ABORTED}
+
+
+async def _fly_sortie(
+    config: ServiceConfig, following: NextSortie | None, *, stay: bool
+) -> tuple[Outcome, NextSortie | None]:
+    """Run a mission, print its result, and return how it has ended, and what the next one begins with, if any."""
     from aos_gcs.cli.display.live import followed  # noqa: PLC0415 - heavy, only for this command
-    from aos_gcs.mission.model.phase import Outcome  # noqa: PLC0415
     from aos_gcs.runtime.service import open_service  # noqa: PLC0415
 
-    async with open_service(config) as service:
+    following_it = None
+    async with open_service(config, following) as service:
         async with followed(service.mission.view):
             snapshot = await service.run()
         # A terminal that stands still must not stop the heartbeat.
         await asyncio.to_thread(typer.echo, f"{snapshot.outcome}: {snapshot.message} Recorded in {service.folder}.")
         if stay:
-            await stay_up(service)
+            following_it = await stay_up(service)
         elif service.mission.is_any_flying:
             text = "A vehicle still flies. The heartbeat goes on until it has landed, or Ctrl-C."
             await asyncio.to_thread(typer.echo, text, err=True)
             await service.stay(until_landed=True)
-    return snapshot.outcome not in {Outcome.FAILED, Outcome.ABORTED}
+    return snapshot.outcome, following_it
 
 
-async def stay_up(mission: Staying) -> None:
-    """Keep the dashboard available until cancelled."""
-    text = "The mission has ended. The dashboard stays available until Ctrl-C."
+async def stay_up(mission: Staying) -> NextSortie | None:
+    """Keep the dashboard available until an operator asks for a new sortie there, and return what it begins with."""
+    text = "The mission has ended. The dashboard stays available, for a new sortie, too, until Ctrl-C."
     await asyncio.to_thread(typer.echo, text, err=True)
-    await mission.stay()
+    return await mission.stay()
 
 
 def run_until_terminated(main: Coroutine[Any, Any, T]) -> T:

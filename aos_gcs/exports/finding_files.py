@@ -50,6 +50,7 @@ class PlacedFinding:
             "comment": finding.comment or None,
             "assignee": finding.assignee or None,
             "same_as": finding.merged_into,
+            "found_in": finding.found_in or None,
         }
         return {name: value for name, value in values.items() if value is not None}
 

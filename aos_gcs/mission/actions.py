@@ -60,6 +60,7 @@ class ActionHandler:
             Action.LAND: self._land,
             Action.ABORT: self._abort,
             Action.JOIN: self._join,
+            Action.NEW_SORTIE: self._new_sortie,
         }
         self._on_one: Mapping[Action, VehicleAction] = {
             Action.PAUSE: self._pause_one,
@@ -216,6 +217,11 @@ class ActionHandler:
         if not candidates:
             raise MissionError("Cannot join: no vehicle of this mission is on the ground. Name another one.")
         return await self._act_on(Action.JOIN, candidates, operator)
+
+    async def _new_sortie(self, operator: str) -> Sequence[ActionResult]:
+        self._announce(operator, "new sortie")
+        self._flow.begin_new_sortie()
+        return ()
 
     def _set_focus(
         self, vehicle_ids: tuple[int, ...] | None, focal_height_m: float | None, operator: str

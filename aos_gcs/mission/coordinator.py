@@ -27,6 +27,7 @@ from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal, Recorder
 from aos_gcs.mission.model.phase import Outcome, OutcomeRecord, Phase, Suspension
 from aos_gcs.mission.model.vehicles import Task
+from aos_gcs.mission.next_sortie import NextSortie, next_sortie
 from aos_gcs.mission.phases import ENDING, ON_GROUND, PHASE_NAMES, check_transition
 from aos_gcs.mission.preflight.inspection import Inspector
 from aos_gcs.mission.search.findings import Findings
@@ -63,12 +64,14 @@ class Coordinator:
         imaging: Worker | None = None,
         former: FormerFlight | None = None,
         unrestored: Mapping[int, Mapping[str, float]] | None = None,
+        following: NextSortie | None = None,
         pictures: bool = True,
     ) -> None:
         """Prepare the mission.
 
         ``imaging`` analyses its images, None: in threads of this process; ``former`` is a flight to take up;
         ``unrestored`` are the return settings that vehicles had before a mission that did not restore them, by id;
+        ``following`` is what the former sortie has left, None for the first one;
         ``pictures``: whether to render what operators look at.
         """
         self.auto_start = AutoStart(journal, is_on=settings.auto_start)
@@ -83,7 +86,10 @@ class Coordinator:
             imaging=imaging or ThreadWorker(),
         )
         self._gallery = Gallery(journal, recorder, self._context.imaging, is_open=pictures)
-        self._findings = Findings()
+        self._findings = Findings(() if following is None else following.findings)
+        self._mission_id = mission_id
+        self._following = following
+        self._is_renewed = asyncio.Event()
         self._vehicle_tasks = VehicleTasks()
         self._return_heights = ReturnHeights(self._context, settings, unrestored)
         self._inspector = Inspector(self._context, settings, self._return_heights, lambda: self.sortie.context)
@@ -179,6 +185,10 @@ class Coordinator:
         self.suspend(Suspension.HELD)
         return self.sortie
 
+    def begin_new_sortie(self) -> None:
+        """Make room for another sortie: ``stay`` ends."""
+        self._is_renewed.set()
+
     def end_without_vehicles(self) -> None:
         """End the mission at once: no vehicle is left to be flown."""
         if self.phase is Phase.DONE:
@@ -197,6 +207,8 @@ class Coordinator:
 
     async def run(self) -> Outcome:
         """Run the mission to its end and return how it ended. Cancelled in flight, it first sends all vehicles home."""
+        if (following := self._following) is not None:
+            self._context.journal.notice(Severity.INFO, f"Sortie {following.number}. {following.text}")
         try:
             async with asyncio.TaskGroup() as group:
                 helpers = (
@@ -220,20 +232,31 @@ class Coordinator:
             await self._leave()
         return self.outcome
 
-    async def stay(self, *, until_landed: bool = False) -> None:
+    async def stay(self, *, until_landed: bool = False) -> NextSortie | None:
         """Go on after the end: our heartbeat is sent, and what still flies is monitored and can be brought down.
 
         Args:
             until_landed: return when no vehicle heard flies any more; else it goes on until cancelled.
+
+        Returns:
+            What the sortie that an operator has asked for begins with; None if nobody has.
         """
         context = self._context
         async with asyncio.TaskGroup() as group:
             pulse = group.create_task(context.loop_monitor.run(context.journal.note_stall))
-            while self.is_any_flying or not until_landed:
+            while self.is_any_flying or not (until_landed or self._is_renewed.is_set()):
                 if self.is_any_flying:
                     await self._monitor_until_landed()
                 await context.clock.sleep(_STAY_POLL_S)
             pulse.cancel()
+        return self._next_sortie() if self._is_renewed.is_set() else None
+
+    def _next_sortie(self) -> NextSortie:
+        frame, settings = self._context.roster.frame, self.sortie.context.settings
+        progress = self.sortie.search.decider.progress
+        origin = None if frame is None else frame.origin
+        found, former = self._findings.all(), self._following
+        return next_sortie(self._mission_id, settings, origin, progress, findings=found, former=former)
 
     @property
     def is_any_flying(self) -> bool:

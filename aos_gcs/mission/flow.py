@@ -47,3 +47,7 @@ class Flow(PlannedFlow, Protocol):
     def abort(self) -> None:
         """Note that an operator has aborted the mission."""
         ...
+
+    def begin_new_sortie(self) -> None:
+        """Make room for another sortie: this mission is over."""
+        ...

@@ -73,6 +73,7 @@ ACTIONS: Mapping[Action, frozenset[Phase]] = MappingProxyType(
         Action.FOCUS: frozenset(Phase) - ENDING - {Phase.DONE},
         Action.JOIN: SAMPLING | {Phase.LINE},
         Action.OVERRIDE: frozenset({Phase.PREFLIGHT, Phase.READY}),
+        Action.NEW_SORTIE: frozenset({Phase.DONE}),
     }
 )
 
@@ -84,8 +85,10 @@ def is_allowed(phase: Phase, action: Action, *, anyone_flies: bool) -> bool:
     """Return whether ``action`` makes sense in ``phase``.
 
     Vehicles may fly before the start, such as after a restart of the station in mid-mission, and after the end: they
-    can always be brought down.
+    can always be brought down. A new sortie waits until they are.
     """
+    if action is Action.NEW_SORTIE and anyone_flies:
+        return False
     return phase in ACTIONS[action] or (anyone_flies and action in _DOWN and phase in ON_GROUND)
 
 
@@ -99,6 +102,9 @@ def check_action(phase: Phase, action: Action, *, anyone_flies: bool = False) ->
     """Raise ``MissionError`` with the reason when ``action`` makes no sense in ``phase``."""
     if is_allowed(phase, action, anyone_flies=anyone_flies):
         return
+    if action is Action.NEW_SORTIE:
+        reason = "a vehicle still flies" if phase is Phase.DONE else "the mission is not over"
+        raise MissionError(f"Cannot begin a new sortie: {reason}.")
     if phase is Phase.DONE:
         raise MissionError(f"Cannot {action}: the mission is over.")
     if action is Action.OVERRIDE:

@@ -18,6 +18,7 @@ from aos_gcs.lab.spacing import Spacing, spacing_for
 from aos_gcs.lab.worlds import ErrorGrade
 from aos_gcs.mission.coordinator import Coordinator
 from aos_gcs.mission.model.phase import Phase
+from aos_gcs.mission.next_sortie import NextSortie
 from aos_gcs.planning.settings import Deadlines
 from aos_gcs.runtime.demo_terrain import EXIT_REFUSED, LEVEL, elevation_model, terrain_tables
 from aos_gcs.runtime.evaluation import Score, score_mission
@@ -134,9 +135,9 @@ class Demo:
             raise LinkError(f"The simulator was not ready in time; see {folder / 'simulator.log'}.")
         return await asyncio.to_thread(score_mission, snapshot, self.folder, world_file, report_file)
 
-    async def stay(self) -> None:
-        """Keep the dashboard up until cancelled."""
-        await self._service.stay()
+    async def stay(self) -> NextSortie | None:
+        """Keep the dashboard up until an operator asks for a new sortie, and return what that begins with."""
+        return await self._service.stay()
 
     async def _watch(self, simulator: asyncio.subprocess.Process, log: Path) -> None:
         """End the mission when the simulator ends before it does: its vehicles will not be heard again."""
@@ -152,10 +153,15 @@ class Demo:
 
 
 @asynccontextmanager
-async def open_demo(options: DemoOptions) -> AsyncIterator[Demo]:
+async def open_demo(options: DemoOptions, following: NextSortie | None = None) -> AsyncIterator[Demo]:
     """Open the service for a simulated mission; its dashboard stays up for as long as the context is entered.
 
-    A mission that has not heard of any vehicle leaves no folder behind.
+    A mission that has not heard of any vehicle leaves no folder behind. Each sortie has a simulator of its own: the
+    same forest, with vehicles at their launch points and full batteries.
+
+    Args:
+        options: options of the mission.
+        following: what the former sortie has left; None for the first one.
 
     Raises:
         ConfigurationError: an option cannot be used.
@@ -170,7 +176,7 @@ async def open_demo(options: DemoOptions) -> AsyncIterator[Demo]:
         if ground is not None:
             tables = await asyncio.to_thread(terrain_tables, ground, config, follow=options.follow_ground)
             config = parse_config(_tables(options, link_port) | tables, source="demo")
-        async with open_service(config) as service:
+        async with open_service(config, following) as service:
             demo = Demo(options, service, link_port)
             yield demo
     finally:

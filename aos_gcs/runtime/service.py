@@ -19,6 +19,7 @@ from aos_gcs.mission.coordinator import Coordinator
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal
 from aos_gcs.mission.model.snapshot import MissionSnapshot
+from aos_gcs.mission.next_sortie import NextSortie
 from aos_gcs.ports import DriverContext
 from aos_gcs.runtime.api_start import ApiStart
 from aos_gcs.runtime.api_supervisor import open_api_process
@@ -29,6 +30,9 @@ from aos_gcs.store.last_mission import former_flight, unfinished_mission
 from aos_gcs.store.recorder import MissionRecorder
 from aos_gcs.store.return_settings import unrestored_settings
 from aos_gcs.workers.process import open_worker
+
+_ANSWER_S = 0.5
+"""Real seconds for the answer to the operator who asks for a new sortie: the dashboard's process ends after them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,25 +51,35 @@ class Service:
             await self.mission.run()
         return self.mission.view.snapshot()
 
-    async def stay(self, *, until_landed: bool = False) -> None:
+    async def stay(self, *, until_landed: bool = False) -> NextSortie | None:
         """Keep the dashboard up, and the heartbeat; record how operators judge the findings, and what still flies.
 
         Args:
             until_landed: return when no vehicle heard flies any more; else it goes on until cancelled.
+
+        Returns:
+            What the sortie that an operator has asked for begins with, for ``open_service``; None if nobody has.
         """
         async with self._journal.recorded(self._recorder):
-            await self.mission.stay(until_landed=until_landed)
+            following = await self.mission.stay(until_landed=until_landed)
+        if following is not None:
+            await asyncio.sleep(_ANSWER_S)
+        return following
 
 
 @asynccontextmanager
-async def open_service(config: ServiceConfig) -> AsyncIterator[Service]:
+async def open_service(config: ServiceConfig, following: NextSortie | None = None) -> AsyncIterator[Service]:
     """Open everything a mission needs, for as long as the context is entered; ``run`` then runs it.
+
+    Args:
+        config: configuration of the service.
+        following: what the former sortie of the operation has left; None for the first one.
 
     Raises:
         ConfigurationError: a setting cannot be used; nothing was opened or written.
         LinkError: a link or the dashboard's port cannot be opened; nothing is left behind.
     """
-    settings = mission_settings(config)
+    settings = mission_settings(config) if following is None else following.settings
     open_driver = load_driver(config.link.driver)
     secrets = operator_secrets(config.api, config.record.folder)
     clock = LoopClock(config.clock_speed)
@@ -85,7 +99,7 @@ async def open_service(config: ServiceConfig) -> AsyncIterator[Service]:
             open_worker(ANALYSIS) as imaging,
             open_worker(DECODING) as decoding,
             MissionRecorder.create(
-                config.record.folder, mission_id, _manifest(config, started), notify=journal.take
+                config.record.folder, mission_id, _manifest(config, started, following), notify=journal.take
             ) as recorder,
         ):
             context = DriverContext(
@@ -113,6 +127,7 @@ async def open_service(config: ServiceConfig) -> AsyncIterator[Service]:
                     imaging=imaging,
                     former=former,
                     unrestored=unrestored,
+                    following=following,
                 )
                 if unfinished is not None:
                     mission.auto_start.cancel(f"the last mission, {unfinished}, did not end: vehicles may still fly")
@@ -124,8 +139,9 @@ async def open_service(config: ServiceConfig) -> AsyncIterator[Service]:
             shutil.rmtree(folder, ignore_errors=True)
 
 
-def _manifest(config: ServiceConfig, started: datetime) -> dict[str, object]:
-    return {
+def _manifest(config: ServiceConfig, started: datetime, following: NextSortie | None) -> dict[str, object]:
+    operation = {} if following is None else {"operation": following.operation, "sortie": following.number}
+    return operation | {
         "started_utc": started.isoformat(),
         "aos_gcs": version("aos-gcs"),
         "python": platform.python_version(),

@@ -135,6 +135,25 @@ async def come_home(page: Page) -> None:
     await expect(page.get_by_test_id("phase")).to_have_text("Finished")
 
 
+async def begin_another_sortie(page: Page) -> None:
+    """Ask for a new sortie: the same page and sign-in, another mission, its area proposed, and what was found."""
+    await page.get_by_test_id("action-new_sortie").click()
+    await expect(page.get_by_test_id("another-mission")).to_be_visible(timeout=FLIGHT_MS)
+    await expect(page.get_by_test_id("outcome")).to_have_count(0)
+    await expect(page.get_by_test_id("connection")).to_have_text("Connected")
+    await page.keyboard.press("p")
+    await expect(page.get_by_test_id("plan-estimate")).to_contain_text("ha")
+    await page.keyboard.press("r")
+    await expect(page.get_by_test_id("check-1-link-loss failsafe")).to_have_attribute("data-status", "fail")
+    await page.keyboard.press("d")
+    await page.get_by_test_id("filter-confirmed").click()
+    await expect(page.get_by_test_id("finding-1")).to_contain_text("earlier sortie")
+    await page.get_by_test_id("finding-1").click()
+    await expect(page.get_by_test_id("finding-status")).to_have_text("✓ confirmed · Ada")
+    await expect(page.get_by_test_id("judge-rejected")).to_be_enabled()
+    await page.keyboard.press("f")
+
+
 async def see_it_again(page: Page) -> None:
     """Move through the record: to the last landing, to the finding, and back."""
     slider, row = page.get_by_test_id("replay-time"), page.get_by_test_id("vehicle-1")
@@ -196,10 +215,11 @@ async def test_an_operator_leads_a_mission_from_the_plan_to_its_replay(
         await service.until(lambda: "Recorded in" in service.output, 60)
         assert service.output.startswith("found: ")
         assert own_errors(page_record) == []
+        await begin_another_sortie(page)
         service.stop(signal.SIGTERM)
         await expect(page.get_by_test_id("banner")).to_be_visible()
     # The record at the same address: the page comes back by itself.
-    async with station.replay(*station.mission_folders):
+    async with station.replay(station.mission_folders[0]):
         await expect(page.get_by_test_id("replay-bar")).to_contain_text("REPLAY")
         page_record.errors.clear()  # the browser's words on the service that was gone
         await sign_in_as_operator(page)

@@ -26,6 +26,7 @@ from aos_gcs.mission.model.events import Event
 from aos_gcs.mission.model.phase import Outcome, OutcomeRecord
 from aos_gcs.mission.model.steps import Picture, StepRecord
 from aos_gcs.mission.model.vehicles import SettingsRecord, Task
+from aos_gcs.mission.next_sortie import NextSortie
 from aos_gcs.mission.views import LiveView
 from aos_gcs.planning.settings import Deadlines, DetectionSettings, MissionSettings, PreflightSettings
 from aos_gcs.ports import Capture, LandedState, Worker
@@ -192,6 +193,7 @@ def prepare(
     worker: Worker | None = None,
     former: FormerFlight | None = None,
     unrestored: Mapping[int, Mapping[str, float]] | None = None,
+    following: NextSortie | None = None,
     pictures: bool = False,
     camera_delay_s: float = 0.0,
     **changes: object,
@@ -209,7 +211,7 @@ def prepare(
     pulse = LoopMonitor(period_s=0.5)
     mission = Coordinator(
         "m",
-        settings(n, **changes),
+        following.settings if following is not None else settings(n, **changes),
         fleet=fleet,
         clock=clock,
         journal=journal,
@@ -218,6 +220,7 @@ def prepare(
         imaging=worker,
         former=former,
         unrestored=unrestored,
+        following=following,
         pictures=pictures,
     )
     return Flight(mission, fleet, recorder, clock, journal, pulse)

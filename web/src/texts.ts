@@ -291,6 +291,7 @@ export const texts = {
       return warnings === 1 ? "Ready to launch, 1 warning" : `Ready to launch, ${warnings} warnings`;
     },
     inFlight: "The mission has started. The checks show the state at its start.",
+    over: "The mission is over. A new sortie keeps this page, the sign-in and the findings, and proposes what is left of the area.",
   },
   fields: {
     notNumber: "Enter a number",

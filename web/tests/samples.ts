@@ -121,6 +121,7 @@ export function finding(id: number, changes: Partial<Finding> = {}): Finding {
     assignee: "",
     operator: "",
     merged_into: null,
+    found_in: "",
     ...changes,
   };
 }

@@ -65,6 +65,7 @@ def finding(found: Finding, origin: GeodeticPosition | None) -> FindingModel:
         assignee=found.assignee,
         operator=found.operator,
         merged_into=found.merged_into,
+        found_in=found.found_in,
     )
 
 

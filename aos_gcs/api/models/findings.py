@@ -63,6 +63,7 @@ class FindingModel(WireModel):
     assignee: str
     operator: str = Field(description="Operator who judged it last, or marked it.")
     merged_into: int | None = Field(description="Earlier finding that it turned out to be, and that counts instead.")
+    found_in: str = Field(description="Mission of an earlier sortie that has found it; empty for one of this mission.")
 
 
 Comment = Annotated[str, Field(max_length=2000)]

@@ -67,7 +67,9 @@ def _headline(summary: MissionSummary) -> str:
 
 
 def _facts(summary: MissionSummary) -> Iterable[str]:
-    final = summary.final
+    final, manifest = summary.final, summary.manifest
+    if "operation" in manifest:
+        yield f"sortie {manifest['sortie']} of operation {manifest['operation']}"
     if final is not None:
         flown = f"{len(final.vehicles)} vehicles, {final.elapsed_s:.0f} s, {len(summary.steps)} steps"
         yield f"strategy {final.strategy}, {flown}"
@@ -96,6 +98,7 @@ def _finding(finding: Finding) -> str:
     status = "" if finding.status is FindingStatus.NEW else f", {finding.status} by {finding.operator or 'an operator'}"
     reasons = f" ({'; '.join(finding.reasons)})" if finding.reasons else ""
     name = KIND_NAMES[finding.kind]
+    status += f", found in {finding.found_in}" if finding.found_in else ""
     if finding.merged_into is not None:
         return f"finding {finding.finding_id}: the same as finding {finding.merged_into}"
     return f"finding {finding.finding_id}: {name} at {_point(finding.position_enu_m)} m ENU{likely}{status}{reasons}"

@@ -24,6 +24,8 @@ class Action(StrEnum):
     """Have vehicles on the ground take off and join the swarm in mid-mission."""
     OVERRIDE = "override"
     """Launch in spite of a failed check of preflight, or take that back; see ``MissionCommands.override_check``."""
+    NEW_SORTIE = "new_sortie"
+    """End this mission's record and prepare another sortie, on the same page and with the same findings."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -101,6 +101,8 @@ class Finding:
     """Operator who has judged it last, or marked it."""
     merged_into: int | None = None
     """The earlier finding that it has turned out to be, and that counts instead; None for one of its own."""
+    found_in: str = ""
+    """Mission of an earlier sortie that has found it, whose frames show it; empty for a finding of this mission."""
 
     @property
     def is_claimed(self) -> bool:

@@ -27,11 +27,15 @@ MAX_FINDINGS = 500
 
 
 class Findings:
-    """Keeps findings for good: a target that is lost, or rejected, stays in the list."""
+    """Keeps findings for good: a target that is lost, or rejected, stays in the list.
 
-    def __init__(self) -> None:
-        self._findings: dict[int, Finding] = {}
-        self._edits: list[Finding] = []
+    Args:
+        earlier: findings of earlier sorties of the operation; recorded like an operator's changes.
+    """
+
+    def __init__(self, earlier: Sequence[Finding] = ()) -> None:
+        self._findings: dict[int, Finding] = {finding.finding_id: finding for finding in earlier}
+        self._edits: list[Finding] = list(earlier)
         """Findings as operators have changed them, since they were taken."""
 
     def take_edits(self) -> tuple[Finding, ...]:
@@ -48,8 +52,8 @@ class Findings:
         return tuple(self._findings.values())
 
     def persons(self) -> tuple[Finding, ...]:
-        """Return what counts as a person, oldest first."""
-        return tuple(finding for finding in self.all() if finding.stands)
+        """Return what this mission has found that counts as a person, oldest first."""
+        return tuple(finding for finding in self.all() if finding.stands and not finding.found_in)
 
     def at(self, target: TargetEstimate, *statuses: FindingStatus) -> Finding | None:
         """Return the finding of a target, or else one at its place, that has one of these statuses."""
@@ -92,6 +96,8 @@ class Findings:
                     continue
                 finding = self._make(target.position_enu_m, step, now_s)
                 new.append(finding.finding_id)
+            elif finding.found_in:
+                finding = replace(finding, found_in="", found_at_s=now_s)
             self._findings[finding.finding_id] = _updated(finding, target, step)
         return tuple(self._findings[finding_id] for finding_id in new)
 
@@ -181,11 +187,13 @@ class Findings:
         return None
 
     def _seen_again(self, target: TargetEstimate, living: set[int]) -> Finding | None:
-        """Return the nearest finding at the target's place whose own target is lost."""
+        """Return the nearest finding at the target's place whose own target is lost, or that an earlier sortie has."""
         near = [
             (away_m, finding.finding_id)
             for finding in self._findings.values()
-            if finding.track_id is not None and finding.track_id not in living and finding.merged_into is None
+            if (finding.track_id is not None or finding.found_in)
+            and finding.track_id not in living
+            and finding.merged_into is None
             if (away_m := distance_m(finding, target)) <= SAME_PLACE_M
         ]
         return self._findings[min(near)[1]] if near else None

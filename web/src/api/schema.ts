@@ -579,7 +579,18 @@ export interface components {
      * @enum {string}
      */
     Action:
-      "choose" | "start" | "pause" | "resume" | "hold" | "return" | "land" | "abort" | "focus" | "join" | "override";
+      | "choose"
+      | "start"
+      | "pause"
+      | "resume"
+      | "hold"
+      | "return"
+      | "land"
+      | "abort"
+      | "focus"
+      | "join"
+      | "override"
+      | "new_sortie";
     /**
      * ActionRequest
      * @description An operator's action for the vehicles named, or for the whole mission when ``vehicle_ids`` is null.
@@ -817,6 +828,11 @@ export interface components {
        * @description Mission time at which it was first known.
        */
       found_at_s: number;
+      /**
+       * Found In
+       * @description Mission of an earlier sortie that has found it; empty for one of this mission.
+       */
+      found_in: string;
       /** @description What it is taken for, once that is decided. */
       kind: components["schemas"]["FindingKind"];
       /**

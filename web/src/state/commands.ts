@@ -4,7 +4,7 @@ import { quantity } from "../format";
 import { texts } from "../texts";
 
 /** Actions that concern the whole mission, whatever is selected. */
-const MISSION_WIDE: ReadonlySet<Action> = new Set<Action>(["start", "abort", "focus"]);
+const MISSION_WIDE: ReadonlySet<Action> = new Set<Action>(["start", "abort", "focus", "new_sortie"]);
 /** Actions that start motors, end the search or bring vehicles down need confirmation. Hold never does. */
 const DANGEROUS: ReadonlySet<Action> = new Set<Action>(["start", "join", "return", "land", "abort"]);
 

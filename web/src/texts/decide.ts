@@ -30,6 +30,7 @@ export const decide = {
   reasons: "Reasons",
   found: "First seen",
   seen: "Last seen",
+  earlierSortie: "earlier sortie",
   decision: "Decision",
   decide: { confirmed: "Confirm", rejected: "Reject", new: "Reset" },
   comment: "Comment",

@@ -72,6 +72,7 @@ const ACTION: Readonly<Record<Action, string>> = {
   focus: "Focus",
   override: "Override",
   join: "Join",
+  new_sortie: "New sortie",
 };
 
 const SEVERITY: Readonly<Record<Severity, string>> = {

@@ -3,12 +3,12 @@ import { useEffect, useState } from "preact/hooks";
 import { changeFinding } from "../../api/findings";
 import type { Finding, FindingChange } from "../../api/types";
 import { type Notation, NOTATIONS, written } from "../../coordinates";
-import { duration, eastNorth, likelihood } from "../../format";
+import { eastNorth, likelihood } from "../../format";
 import { useShell } from "../../shell/context";
 import { texts } from "../../texts";
 import { type Fact, Facts } from "../../ui/facts";
 import { Panel } from "../../ui/panel";
-import { ellipseText, sightingsText, significanceText, STATUS_SIGNS, statusText } from "./findings";
+import { ellipseText, sightingsText, significanceText, STATUS_SIGNS, statusText, timeText } from "./findings";
 import { FindingPictures } from "./pictures";
 
 /** Position in the notations that search teams use, the chosen one first; none without an origin on the globe. */
@@ -32,8 +32,8 @@ export function FindingDetail({ finding }: { finding: Finding }) {
     [texts.decide.confidence, likelihood(finding.person_confidence)],
     [texts.decide.significance, significanceText(finding)],
     [texts.decide.reasons, finding.reasons.length > 0 ? finding.reasons.join("; ") : texts.noData],
-    [texts.decide.found, duration(finding.found_at_s)],
-    [texts.decide.seen, duration(finding.seen_at_s)],
+    [texts.decide.found, timeText(finding, finding.found_at_s)],
+    [texts.decide.seen, timeText(finding, finding.seen_at_s)],
   ];
   return (
     <Panel

@@ -1,6 +1,6 @@
 /** Content and order of the list of findings. Pure functions. */
 import type { Finding, FindingStatus } from "../../api/types";
-import { likelihood, quantity } from "../../format";
+import { duration, likelihood, quantity } from "../../format";
 import { texts } from "../../texts";
 
 export const STATUS_SIGNS: Readonly<Record<FindingStatus, string>> = { new: "?", confirmed: "✓", rejected: "✗" };
@@ -50,10 +50,14 @@ function kindRank({ significance, kind }: Finding): number {
 }
 
 /** Number of sightings, in a survey of frames; positions marked by an operator have none. */
-export function sightingsText({ track_id, sightings, significance }: Finding): string {
-  if (track_id === null) return texts.noData;
+export function sightingsText({ track_id, sightings, significance, found_in }: Finding): string {
+  if (track_id === null && (found_in === "" || sightings === 0)) return texts.noData;
   return significance === null ? texts.target.sightings(sightings) : texts.survey.frames(sightings);
 }
+
+/** Time of a mission at which a finding was first or last seen, or that another sortie has found it. */
+export const timeText = ({ found_in }: Finding, time_s: number): string =>
+  found_in === "" ? duration(time_s) : texts.decide.earlierSortie;
 
 /** How surely a survey shows a finding; nothing in missions. */
 export const significanceText = ({ significance }: Finding): string =>

@@ -1,8 +1,7 @@
 /** List of findings, undecided ones first. */
 import type { Finding } from "../../api/types";
-import { duration } from "../../format";
 import { texts } from "../../texts";
-import { evidenceText, type Filter, sightingsText, statusText } from "./findings";
+import { evidenceText, type Filter, sightingsText, statusText, timeText } from "./findings";
 import { Thumbnail } from "./thumbnail";
 
 interface Props {
@@ -34,7 +33,7 @@ export function FindingList({ findings, filter, chosen, onChoose }: Props) {
               </span>
               <br />
               <span class="small">
-                {evidenceText(finding)} · {sightingsText(finding)} · {duration(finding.seen_at_s)}
+                {evidenceText(finding)} · {sightingsText(finding)} · {timeText(finding, finding.seen_at_s)}
               </span>
               {finding.assignee !== "" && (
                 <>

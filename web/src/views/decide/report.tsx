@@ -5,7 +5,7 @@ import { useShell } from "../../shell/context";
 import { texts } from "../../texts";
 import { type Fact, Facts } from "../../ui/facts";
 import { notations } from "./detail";
-import { ellipseText, reported, sightingsText, significanceText, STATUS_SIGNS } from "./findings";
+import { ellipseText, reported, sightingsText, significanceText, STATUS_SIGNS, timeText } from "./findings";
 import "./report.css";
 import { Sketch } from "./sketch";
 import { Thumbnail } from "./thumbnail";
@@ -71,8 +71,8 @@ function ReportedFinding({ finding }: { finding: Finding }) {
     [texts.decide.confidence, likelihood(person_confidence)],
     [texts.decide.significance, significanceText(finding)],
     [texts.decide.reasons, reasons.join("; ")],
-    [texts.decide.found, duration(finding.found_at_s)],
-    [texts.decide.seen, duration(finding.seen_at_s)],
+    [texts.decide.found, timeText(finding, finding.found_at_s)],
+    [texts.decide.seen, timeText(finding, finding.seen_at_s)],
     [texts.report.decidedBy, operator],
     [texts.decide.assignee, assignee],
     [texts.decide.comment, comment],

@@ -7,8 +7,19 @@ import { select } from "../../state/selection";
 import { texts } from "../../texts";
 import { Panel } from "../../ui/panel";
 
-/** The last one is shown only while it is available: the other buttons do not move when it appears. */
-const ACTIONS: readonly Action[] = ["hold", "pause", "resume", "start", "return", "land", "abort", "join"];
+/** Those that are shown only while they are available come last: the other buttons do not move when they appear. */
+const ACTIONS: readonly Action[] = [
+  "hold",
+  "pause",
+  "resume",
+  "start",
+  "return",
+  "land",
+  "abort",
+  "join",
+  "new_sortie",
+];
+const SHOWN_IF_AVAILABLE: ReadonlySet<Action> = new Set<Action>(["join", "new_sortie"]);
 
 export function Controls() {
   const { state, isConnected, mayCommand, selection, changeSelection, commands } = useShell();
@@ -42,7 +53,7 @@ export function Controls() {
           {ACTIONS.map((action) => {
             const { label } = makeCommand(action, mission, ids);
             const isEnabled = isConnected && isOffered(action, mission, ids);
-            if (action === "join" && !isEnabled) return null;
+            if (SHOWN_IF_AVAILABLE.has(action) && !isEnabled) return null;
             return (
               <button
                 key={action}

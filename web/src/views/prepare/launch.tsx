@@ -20,9 +20,21 @@ export function LaunchPanel({ checks, onChoose }: Props) {
   const warnings = checks.filter(({ status }) => status === "warn").length;
   const isAllowed = isConnected && isOffered("start", mission, new Set());
   if (mission !== null && !BEFORE_START.has(mission.phase)) {
+    const isOver = mission.phase === "done";
     return (
-      <Panel title={texts.prepare.launch} testId="launch-panel">
-        <p class="empty">{texts.prepare.inFlight}</p>
+      <Panel title={texts.prepare.launch} testId="launch-panel" class="launch">
+        <p class="empty">{isOver ? texts.prepare.over : texts.prepare.inFlight}</p>
+        {mayCommand && isOver && (
+          <button
+            type="button"
+            class="action launch-button"
+            data-testid="new-sortie"
+            disabled={!isConnected || !isOffered("new_sortie", mission, new Set())}
+            onClick={() => commands.request("new_sortie")}
+          >
+            {texts.names.action.new_sortie}
+          </button>
+        )}
       </Panel>
     );
   }

@@ -1,0 +1,73 @@
+"""What a sortie leaves to the next one of the same operation."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.mission.model.findings import Finding
+from aos_gcs.mission.search.progress import ScanProgress
+from aos_gcs.planning.remaining import remaining_area
+from aos_gcs.planning.settings import MissionSettings
+
+
+@dataclass(frozen=True, slots=True)
+class NextSortie:
+    """Beginning of a sortie that follows another one."""
+
+    settings: MissionSettings
+    """Settings of the former sortie, with what it has left of its area. The operator starts it."""
+    findings: tuple[Finding, ...]
+    """Findings of all former sorties."""
+    number: int
+    """Number of the sortie in its operation; the first one has 1."""
+    operation: str
+    """Identifier of the operation: that of its first mission."""
+    text: str
+    """What is proposed, for operators."""
+
+
+def next_sortie(
+    mission_id: str,
+    settings: MissionSettings,
+    origin: GeodeticPosition | None,
+    progress: ScanProgress,
+    *,
+    findings: Sequence[Finding],
+    former: NextSortie | None,
+) -> NextSortie:
+    """Return the beginning of the sortie that follows a mission which has ended.
+
+    Args:
+        mission_id: identifier of that mission.
+        settings: settings that it has flown by.
+        origin: origin of its frame, which the next one shares, as findings and areas are in it.
+        progress: progress of its scan.
+        findings: its findings, those of former sorties included.
+        former: what it has begun with; None for the first sortie.
+    """
+    area_enu_m = remaining_area(settings.area_enu_m, progress.legs, progress.leg, progress.along_m)
+    text = "The area is searched: it is proposed again."
+    if area_enu_m is not None:
+        text = "The part of the area that is not searched yet is proposed."
+        if area_enu_m == settings.area_enu_m:
+            text = "The whole area is proposed: no leg of it was flown to its end."
+    return NextSortie(
+        settings=replace(
+            settings,
+            area_enu_m=settings.area_enu_m if area_enu_m is None else area_enu_m,
+            origin=settings.origin if origin is None else origin,
+            auto_start=False,
+        ),
+        findings=tuple(_carried(finding, mission_id) for finding in findings),
+        number=2 if former is None else former.number + 1,
+        operation=mission_id if former is None else former.operation,
+        text=text,
+    )
+
+
+def _carried(finding: Finding, mission_id: str) -> Finding:
+    """Return a finding as the next sortie knows it: its tracks, times and frames are those of another mission."""
+    found_in = finding.found_in or mission_id
+    return replace(finding, found_in=found_in, track_id=None, found_at_s=0.0, seen_at_s=0.0, step=0)

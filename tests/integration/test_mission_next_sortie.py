@@ -1,0 +1,117 @@
+"""Sorties of one operation: what the next one begins with, and what it does not inherit."""
+
+from __future__ import annotations
+
+import asyncio
+
+import pytest
+
+from aos_gcs.errors import MissionError
+from aos_gcs.mission.model.actions import Action
+from aos_gcs.mission.model.findings import FindingChange, FindingStatus
+from aos_gcs.mission.model.phase import Outcome, Phase
+from aos_gcs.mission.next_sortie import NextSortie
+from aos_gcs.mission.search.retrace import Retrace
+from tests.fakes.mission_flight import Flight, flying, prepare
+
+pytestmark = pytest.mark.looptime
+
+
+async def ask_for_another(flight: Flight) -> NextSortie:
+    """Ask for a new sortie after the end of a mission, as the service waits for it, and return its beginning."""
+    async with flight.journal.recorded(flight.recorder):
+        staying = asyncio.create_task(flight.mission.stay())
+        await flight.clock.sleep(1.0)
+        await flight.commands.act(Action.NEW_SORTIE, None, operator="Ada")
+        following = await staying
+    assert following is not None
+    return following
+
+
+async def fly(flight: Flight) -> Outcome:
+    async with flying(flight) as run:
+        return await run
+
+
+async def test_the_next_sortie_keeps_findings_and_judgements_but_neither_tracks_nor_the_outcome() -> None:
+    flight = prepare()
+    assert await fly(flight) is Outcome.FOUND
+    (found,) = flight.view.snapshot().findings
+    await flight.commands.change_finding(found.finding_id, FindingChange(FindingStatus.CONFIRMED), operator="Ada")
+    following = await ask_for_another(flight)
+    assert (following.number, following.operation) == (2, "m")
+    assert not following.settings.auto_start
+    assert following.settings.origin == flight.view.snapshot().origin
+
+    second = prepare(target=None, following=following)
+    assert second.view.snapshot().outcome is Outcome.OPEN
+    async with flying(second) as run:
+        await second.until(lambda: second.mission.phase is Phase.READY)
+        await second.commands.act(Action.START, None)
+        assert await run is Outcome.NOT_FOUND
+    (kept,) = second.view.snapshot().findings
+    assert (kept.found_in, kept.status, kept.operator) == ("m", FindingStatus.CONFIRMED, "Ada")
+    assert (kept.position_enu_m, kept.track_id, kept.step) == (found.position_enu_m, None, 0)
+    assert any(text.startswith("Sortie 2.") for text in second.texts())
+    assert second.recorder.outcome is not None
+    assert second.recorder.outcome.summary["persons"] == []
+    third = await ask_for_another(second)
+    assert (third.number, third.operation) == (3, "m")
+    assert [finding.found_in for finding in third.findings] == ["m"], "the mission that has found it"
+
+
+async def test_a_person_seen_again_is_the_finding_of_the_former_sortie() -> None:
+    flight = prepare()
+    await fly(flight)
+    assert any(text.startswith("Possible person") for text in flight.texts())
+    following = await ask_for_another(flight)
+    second = prepare(following=following)
+    async with flying(second) as run:
+        await second.until(lambda: second.mission.phase is Phase.READY)
+        await second.commands.act(Action.START, None)
+        assert await run is Outcome.FOUND
+    (found,) = second.view.snapshot().findings
+    assert (found.finding_id, found.found_in) == (1, "")
+    assert found.step > 0
+    assert found.found_at_s > 0.0
+    assert not any(text.startswith("Possible person") for text in second.texts()), "announced once in an operation"
+
+
+async def test_decisions_of_a_following_sortie_are_made_again_from_its_record() -> None:
+    flight = prepare()
+    await fly(flight)
+    second = prepare(following=await ask_for_another(flight))
+    async with flying(second) as run:
+        await second.until(lambda: second.mission.phase is Phase.READY)
+        await second.commands.act(Action.START, None)
+        await second.until(lambda: len(second.view.steps()) >= 6)
+        await second.commands.act(Action.ABORT, None)
+        await run
+    recorder = second.recorder
+    retrace = Retrace(recorder.searches[0])
+    for step, decision in sorted(recorder.decisions.items()):
+        captures = [frame for number, frame in recorder.frames if number == step]
+        assert retrace.decide(decision, captures).record.waypoints == recorder.steps[step].waypoints
+        if step in recorder.conclusions:
+            assert retrace.conclude(recorder.conclusions[step]).targets == recorder.conclusions[step].targets
+
+
+async def test_there_is_no_new_sortie_before_the_end_or_while_a_vehicle_flies() -> None:
+    flight = prepare(3)
+    async with flying(flight) as run:
+        await flight.until(lambda: flight.mission.phase is Phase.SCAN)
+        with pytest.raises(MissionError, match="the mission is not over"):
+            await flight.commands.act(Action.NEW_SORTIE, None)
+        await flight.commands.act(Action.RETURN, None)
+        await run
+    flight.fleet.members[2].armed = True
+    flight.fleet.members[2].start_enu_m = flight.fleet.members[2].goal_enu_m = (
+        flight.fleet.members[2].true_enu_m() + 20.0
+    )
+    async with flight.journal.recorded(flight.recorder):
+        staying = asyncio.create_task(flight.mission.stay())
+        await flight.clock.sleep(1.0)
+        with pytest.raises(MissionError, match="a vehicle still flies"):
+            await flight.commands.act(Action.NEW_SORTIE, None)
+        assert not staying.done()
+        staying.cancel()
