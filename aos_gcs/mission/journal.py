@@ -102,8 +102,10 @@ class Announcer(Protocol):
         """Return the mission time."""
         ...
 
-    def notice(self, severity: Severity, text: str, vehicle_id: int | None = None) -> None:
-        """Report something to the operators."""
+    def notice(
+        self, severity: Severity, text: str, vehicle_id: int | None = None, *, track_id: int | None = None
+    ) -> None:
+        """Report something to the operators, about a vehicle or the target of a track where it concerns one."""
         ...
 
 
@@ -116,6 +118,8 @@ class Journal:
         self._unwritten = self._stream.attach(EVENT_BACKLOG)
         self._missing_count = 0
         self._start_s: float | None = None
+        self.started_utc_s: float | None = None
+        """Clock time at which the mission's time was 0; None before the start."""
         self._stalls: deque[tuple[float, float]] = deque(maxlen=_STALLS)
         """Time of each of the latest reports of a stall, and its duration."""
         self.steps: list[StepRecord] = []
@@ -127,6 +131,7 @@ class Journal:
     def start_timing(self, elapsed_s: float = 0.0) -> None:
         """Begin to count the mission's time, of which some may have passed already."""
         self._start_s = self._clock.now_s() - elapsed_s
+        self.started_utc_s = self._clock.utc_s() - elapsed_s
 
     def elapsed_s(self) -> float:
         """Return the clock seconds since the start, 0 before."""
@@ -136,13 +141,16 @@ class Journal:
         """Put an event on the stream."""
         self._stream.publish(kind, data)
 
-    def notice(self, severity: Severity, text: str, vehicle_id: int | None = None) -> None:
-        """Report something to the operators and the log."""
+    def notice(
+        self, severity: Severity, text: str, vehicle_id: int | None = None, *, track_id: int | None = None
+    ) -> None:
+        """Report something to the operators and the log, about a vehicle or the target of a track where it has one."""
         prefix = "" if vehicle_id is None else f"Vehicle {vehicle_id}: "
         _log.log(_LOG_LEVELS[severity], "%s%s", prefix, text)
         self.notice_count += 1
         elapsed_s, utc_s = self.elapsed_s(), self._clock.utc_s()
-        self.publish(EventKind.NOTICE, NoticeRecord(severity, text, vehicle_id, elapsed_s, self.notice_count, utc_s))
+        record = NoticeRecord(severity, text, vehicle_id, elapsed_s, self.notice_count, utc_s, track_id)
+        self.publish(EventKind.NOTICE, record)
 
     def operator_notice(self, operator: str, text: str) -> None:
         """Report what an operator has ordered or decided, with the sign-in name where there is one."""

@@ -80,6 +80,8 @@ class ViewWindow:
     """East coordinate of its middle."""
     north_m: float
     half_width_m: float
+    nearest_only: bool = False
+    """Whether of colour and thermal only the frame is shown whose camera is the nearest to its middle."""
 
 
 @dataclass(frozen=True, slots=True)

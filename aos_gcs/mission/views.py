@@ -105,6 +105,7 @@ class LiveView:
             acknowledgements=self.acknowledgements.all(),
             command_count=self._context.order.count,
             follows_ground=settings.layers_follow_ground,
+            started_utc_s=journal.started_utc_s,
         )
 
     def _vehicles(self) -> tuple[VehicleSnapshot, ...]:

@@ -6,7 +6,7 @@ A worker remembers the latest steps and analyses: sliders and magnifiers ask for
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache, partial
 from pathlib import Path
@@ -175,12 +175,24 @@ def _close_up(
     grid = FocalGrid(window.east_m - half_m, window.north_m + half_m, 2.0 * half_m / edge, edge, edge, height_m)
     view = grid_view(grid)
     frames = [frame for frame in loaded.frames if view.project(frame) is not None and not loaded.examine(frame).fault]
+    if window.nearest_only:
+        frames = _nearest(frames, window)
     integral = integrate(frames, grid) if frames else None
     if integral is None or not integral.coverage.any():
         raise ConfigurationError(_NOTHING_THERE)
     nothing = np.zeros_like(integral.coverage)
     analysis = StepAnalysis(grid, integral.coverage, nothing, None, (), np.empty(0), None)
     return _shaded(loaded, kind, analysis, integral.mean, picture_format)
+
+
+def _nearest(frames: Sequence[Frame], window: ViewWindow) -> list[Frame]:
+    """Return the frame whose camera is the nearest to a window's middle, seen from above; none of none."""
+
+    def distance_m(frame: Frame) -> float:
+        east_m, north_m, _ = frame.pose.position_enu_m
+        return math.hypot(east_m - window.east_m, north_m - window.north_m)
+
+    return sorted(frames, key=distance_m)[:1]
 
 
 def _shaded(

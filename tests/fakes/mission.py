@@ -64,6 +64,7 @@ class ScriptedMission:
         self.suspension = Suspension.NONE
         self.focus = FocusSnapshot(0.0, FocusSource.CONFIGURED, None)
         self.elapsed_s = 0.0
+        self._started_utc_s: float | None = None
         self._settings = MissionSettings(vehicles, AREA_ENU_M, ImagingSettings())
         self._phase_s = 0.0
         self._since_step_s = 0.0
@@ -110,6 +111,7 @@ class ScriptedMission:
             planned_vehicles=len(self._chosen),
             acknowledgements=self.acknowledgements.all(),
             command_count=self.order.count,
+            started_utc_s=self._started_utc_s,
         )
 
     def steps(self) -> Sequence[StepRecord]:
@@ -210,10 +212,11 @@ class ScriptedMission:
 
     # --- the script
 
-    def notify(self, severity: Severity, text: str, vehicle_id: int | None = None) -> None:
+    def notify(self, severity: Severity, text: str, vehicle_id: int | None = None, track_id: int | None = None) -> None:
         """Publish a notice."""
         self._notices += 1
-        notice = NoticeRecord(severity, text, vehicle_id, self.elapsed_s, self._notices, self._clock.utc_s())
+        utc_s = self._clock.utc_s()
+        notice = NoticeRecord(severity, text, vehicle_id, self.elapsed_s, self._notices, utc_s, track_id)
         self.stream.publish(EventKind.NOTICE, notice)
 
     def advance(self, duration_s: float) -> None:
@@ -292,6 +295,8 @@ class ScriptedMission:
         }
         self.suspension = suspensions.get(action, self.suspension)
         phases = {Action.START: Phase.ARM, Action.RETURN: Phase.RETURN, Action.LAND: Phase.LAND}
+        if action is Action.START:
+            self._started_utc_s = self._clock.utc_s()
         if action in phases:
             self._enter(phases[action])
             self.suspension = Suspension.NONE

@@ -25,12 +25,21 @@ class _Notices:
 
     def __init__(self) -> None:
         self.texts: list[str] = []
+        self.track_ids: list[int | None] = []
 
     def elapsed_s(self) -> float:
         return 0.0
 
-    def notice(self, severity: Severity, text: str, vehicle_id: int | None = None) -> None:  # noqa: ARG002
+    def notice(
+        self,
+        severity: Severity,  # noqa: ARG002
+        text: str,
+        vehicle_id: int | None = None,  # noqa: ARG002
+        *,
+        track_id: int | None = None,
+    ) -> None:
         self.texts.append(text)
+        self.track_ids.append(track_id)
 
 
 def test_the_blob_of_a_settled_target_is_settled_even_where_it_lies_beside_its_place() -> None:
@@ -125,6 +134,7 @@ def test_two_tracks_of_one_body_are_announced_once(kind: FindingKind, text: str)
         tracker.judge({key: judgement for key, at in tracker.places_enu_m().items() if at[0] < 20.0})
         claims.announce()
     assert len([one for one in journal.texts if one.startswith(text)]) == 1
+    assert set(journal.track_ids) <= tracker.places_enu_m().keys()
     kinds = [target.kind for target in tracker.estimates() if target.position_enu_m[0] < 20.0]
     assert kinds == [kind] * 2
 

@@ -81,7 +81,8 @@ async def test_the_time_of_notices_counts_from_the_start() -> None:
     journal, recorder = Journal(clock), MemoryRecorder()
     async with journal.recorded(recorder):
         await clock.sleep(50.0)
-        journal.notice(Severity.INFO, "on the ground")
+        journal.notice(Severity.INFO, "on the ground", track_id=4)
+        assert journal.started_utc_s is None
         journal.start_timing()
         await clock.sleep(20.0)
         journal.take(Notice(Severity.WARNING, "low battery", 3))
@@ -90,6 +91,8 @@ async def test_the_time_of_notices_counts_from_the_start() -> None:
     assert in_flight.elapsed_s == pytest.approx(20.0, abs=0.1)
     assert in_flight.utc_s - on_ground.utc_s == pytest.approx(20.0, abs=0.1)
     assert (in_flight.severity, in_flight.vehicle_id) == (Severity.WARNING, 3)
+    assert (on_ground.track_id, in_flight.track_id) == (4, None)
+    assert journal.started_utc_s == pytest.approx(in_flight.utc_s - in_flight.elapsed_s, abs=0.01)
 
 
 async def test_snapshots_are_thinned_on_the_disk_but_for_changes_of_the_phase() -> None:

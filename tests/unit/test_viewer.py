@@ -53,6 +53,13 @@ def decoded(png: bytes) -> NDArray[np.uint8]:
     return np.asarray(image, dtype=np.uint8)
 
 
+def warm_width_m(png: bytes, width_m: float) -> float:
+    """Return the extent of what is warm from west to east, of a picture of that width."""
+    shades = decoded(png)[..., :3].sum(axis=2, dtype=int)
+    columns = np.flatnonzero((shades > 0.5 * shades.max()).any(axis=0))
+    return float(np.ptp(columns) + 1) * width_m / shades.shape[1]
+
+
 async def test_the_spot_is_sharp_on_its_own_plane_and_parts_elsewhere(viewer: Viewer) -> None:
     def peak(png: bytes) -> int:
         return int(np.count_nonzero(decoded(png)[..., :3].max(axis=2) >= 240))
@@ -105,6 +112,32 @@ async def test_a_close_up_is_as_sharp_as_the_frames(
     assert (row + 0.5) * cell_m == pytest.approx(2.0, abs=2 * cell_m)
     with pytest.raises(ConfigurationError, match="no frame of the step looks at this place"):
         await viewer.view(1, kind, SPOT_HEIGHT_M, ViewWindow(500.0, 0.0, 2.0))
+
+
+async def test_the_nearest_camera_alone_shows_the_spot_once_where_all_spread_it(viewer: Viewer) -> None:
+    everybody, nearest = ViewWindow(0.0, 0.0, 4.0), ViewWindow(0.0, 0.0, 4.0, nearest_only=True)
+    assert warm_width_m((await viewer.view(1, ViewKind.THERMAL, 0.0, everybody)).data, 8.0) > 2.0
+    assert warm_width_m((await viewer.view(1, ViewKind.THERMAL, 0.0, nearest)).data, 8.0) < 1.4
+
+
+async def test_a_finding_is_seen_on_planes_above_it(viewer: Viewer) -> None:
+    mission = ScriptedMission(HandClock())
+    await mission.add_finding((0.0, 0.0, 0.0), "")
+    mission.findings.adopt([replace(mission.findings.all()[0], step=1)])
+    app = app_of(mission, viewer=viewer)
+    async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://localhost") as client:
+
+        async def width_m(query: str) -> float:
+            response = await client.get(f"/api/findings/1/thermal.png{query}")
+            assert response.status_code == 200, response.text
+            return warm_width_m(response.content, 8.0)
+
+        assert await width_m("") > 2.0
+        assert await width_m("?nearest=true") < 1.4
+        assert await width_m(f"?above_m={SPOT_HEIGHT_M}") < 1.4
+        refused = await client.get("/api/findings/1/thermal.png?above_m=nan")
+        assert refused.status_code == 422
+        assert "above_m" in refused.json()["message"]
 
 
 async def test_a_step_tells_what_can_be_seen_of_it(viewer: Viewer) -> None:

@@ -51,6 +51,7 @@ export function mission(changes: Partial<Mission> = {}): Mission {
     outcome: "open",
     message: "",
     elapsed_s: 10,
+    started_utc_s: null,
     step: 1,
     origin: { latitude_deg: 48, longitude_deg: 14, altitude_amsl_m: 250 },
     area: [],
@@ -76,7 +77,7 @@ export function mission(changes: Partial<Mission> = {}): Mission {
 }
 
 export function notice(notice_id: number, text: string, changes: Partial<Notice> = {}): Notice {
-  return { severity: "warning", notice_id, text, vehicle_id: null, elapsed_s: 0, utc_s: 0, ...changes };
+  return { severity: "warning", notice_id, text, vehicle_id: null, track_id: null, elapsed_s: 0, utc_s: 0, ...changes };
 }
 
 export const CAPABILITIES = { planning: true, viewer: true, findings: true, survey: false } as const;

@@ -62,6 +62,7 @@ class MissionConverter:
             outcome=snapshot.outcome,
             message=snapshot.message,
             elapsed_s=round(snapshot.elapsed_s, 1),
+            started_utc_s=rounded(snapshot.started_utc_s, 1),
             step=snapshot.step,
             origin=geodetic(origin) if origin else None,
             area=self._area(snapshot.area_enu_m),

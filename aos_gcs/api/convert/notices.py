@@ -14,6 +14,7 @@ def notice(record: NoticeRecord) -> NoticeModel:
         notice_id=record.notice_id,
         text=record.text,
         vehicle_id=record.vehicle_id,
+        track_id=record.track_id,
         elapsed_s=record.elapsed_s,
         utc_s=record.utc_s,
     )

@@ -35,6 +35,10 @@ class MissionModel(WireModel):
     outcome: Outcome
     message: str
     elapsed_s: float
+    started_utc_s: float | None = Field(
+        description="Start in seconds since the Unix epoch, so that mission times can be told as clock times; null "
+        "before the start and in surveys."
+    )
     step: int
     origin: GeodeticModel | None
     area: list[VertexModel]

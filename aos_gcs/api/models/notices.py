@@ -19,6 +19,7 @@ class NoticeModel(WireModel):
     )
     text: str
     vehicle_id: int | None
+    track_id: int | None = Field(description="Track of the target, and of the finding, that it is about.")
     elapsed_s: float
     utc_s: float
 

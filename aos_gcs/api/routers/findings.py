@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from fastapi import APIRouter, Path, Response
+from fastapi import APIRouter, Path, Query, Response
 
 from aos_gcs.api.convert import findings as convert
 from aos_gcs.api.dependencies import CurrentSession, FindingChanges, Mission, Viewer
@@ -75,14 +75,27 @@ async def change_finding(
         422: {"model": ErrorModel},
     },
 )
-async def read_thumbnail(finding_id: FindingId, kind: ViewKind, mission: Mission, viewer: Viewer) -> Response:
-    """Return a finding's surroundings, at its own height, in the integral of the last step that shows it."""
+async def read_thumbnail(
+    finding_id: FindingId,
+    kind: ViewKind,
+    mission: Mission,
+    viewer: Viewer,
+    above_m: Annotated[float, Query(ge=-10.0, le=100.0, allow_inf_nan=False)] = 0.0,
+    *,
+    nearest: bool = False,
+) -> Response:
+    """Return a finding's surroundings in the integral of the last step that shows it.
+
+    The focal plane lies ``above_m`` above the finding. ``nearest``: the frame of the nearest camera instead of all.
+    """
     finding = _find(mission, finding_id)
     if finding.step < 1:
         raise NotFoundError(f"Finding {finding_id} was marked before the first step; no frame shows it.")
     east_m, north_m, up_m = finding.position_enu_m
-    height_m = None if finding.track_id is None else up_m
-    view = await viewer.view(finding.step, kind, height_m, ViewWindow(east_m, north_m, _THUMBNAIL_HALF_WIDTH_M))
+    if finding.track_id is None:
+        up_m = (await viewer.describe(finding.step)).focal_height_m
+    window = ViewWindow(east_m, north_m, _THUMBNAIL_HALF_WIDTH_M, nearest_only=nearest)
+    view = await viewer.view(finding.step, kind, up_m + above_m, window)
     return Response(view.data, media_type="image/png", headers={"Cache-Control": "no-cache"})
 
 

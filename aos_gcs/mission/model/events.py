@@ -55,6 +55,8 @@ class NoticeRecord:
     elapsed_s: float
     notice_id: int = 0
     utc_s: float = 0.0
+    track_id: int | None = None
+    """Track of the target that it is about; None for anything else."""
 
 
 @dataclass(frozen=True, slots=True)

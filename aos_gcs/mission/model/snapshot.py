@@ -70,3 +70,5 @@ class MissionSnapshot:
     """Number of the latest operator's command that was carried out."""
     follows_ground: bool = False
     """Whether the altitude layers follow the ground of an elevation model."""
+    started_utc_s: float | None = None
+    """Clock time of the start; None before it, in older records and in surveys."""

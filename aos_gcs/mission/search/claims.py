@@ -209,13 +209,14 @@ class Claims:
             is_known = self._twin(target, _OTHERS) is not None
             self._tracker.settle(target.track_id, verdict.kind)
             if not (is_rejected or is_known):
-                self._journal.notice(Severity.INFO, f"{describe(target, verdict.kind)}. The search goes on")
+                text = f"{describe(target, verdict.kind)}. The search goes on"
+                self._journal.notice(Severity.INFO, text, track_id=target.track_id)
 
     def _claim(self, target: TargetEstimate) -> None:
         verdict = self._tracker.verdict(target.track_id)
         kind = FindingKind.PERSON if verdict is None or verdict.kind not in CLAIMED else verdict.kind
         self._tracker.settle(target.track_id, kind)
-        self._journal.notice(Severity.NEWS, describe(target, kind))
+        self._journal.notice(Severity.NEWS, describe(target, kind), track_id=target.track_id)
         if self.first_at_s is None:
             self.first_at_s = self._journal.elapsed_s()
 

@@ -45,7 +45,9 @@ class _Unheard:
     def elapsed_s(self) -> float:
         return self.now_s
 
-    def notice(self, severity: Severity, text: str, vehicle_id: int | None = None) -> None:
+    def notice(
+        self, severity: Severity, text: str, vehicle_id: int | None = None, *, track_id: int | None = None
+    ) -> None:
         pass
 
 

@@ -223,7 +223,8 @@ class Search:
         targets = tracker.estimates()
         for finding in self._findings.observe(targets, self.step, now_s):
             east_m, north_m, _ = finding.position_enu_m
-            journal.notice(Severity.INFO, f"Finding {finding.finding_id} at {east_m:.1f} m east, {north_m:.1f} m north")
+            text = f"Finding {finding.finding_id} at {east_m:.1f} m east, {north_m:.1f} m north"
+            journal.notice(Severity.INFO, text, track_id=finding.track_id)
         for finding in self._findings.merge(targets):
             same = finding.merged_into
             change = "is no longer the same as another one" if same is None else f"is the same as finding {same}"

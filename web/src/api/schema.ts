@@ -133,7 +133,9 @@ export interface paths {
     };
     /**
      * Read Thumbnail
-     * @description Return a finding's surroundings, at its own height, in the integral of the last step that shows it.
+     * @description Return a finding's surroundings in the integral of the last step that shows it.
+     *
+     *     The focal plane lies ``above_m`` above the finding. ``nearest``: the frame of the nearest camera instead of all.
      */
     get: operations["read_thumbnail_api_findings__finding_id___kind__png_get"];
     put?: never;
@@ -1207,6 +1209,11 @@ export interface components {
       preflight: components["schemas"]["PreflightCheckModel"][];
       /** @description Replay that is shown; null for a live mission. */
       replay: components["schemas"]["ReplayModel"] | null;
+      /**
+       * Started Utc S
+       * @description Start in seconds since the Unix epoch, so that mission times can be told as clock times; null before the start and in surveys.
+       */
+      started_utc_s: number | null;
       /** Step */
       step: number;
       /** Strategy */
@@ -1253,6 +1260,11 @@ export interface components {
       severity: components["schemas"]["Severity"];
       /** Text */
       text: string;
+      /**
+       * Track Id
+       * @description Track of the target, and of the finding, that it is about.
+       */
+      track_id: number | null;
       /** Utc S */
       utc_s: number;
       /** Vehicle Id */
@@ -2495,7 +2507,10 @@ export interface operations {
   };
   read_thumbnail_api_findings__finding_id___kind__png_get: {
     parameters: {
-      query?: never;
+      query?: {
+        above_m?: number;
+        nearest?: boolean;
+      };
       header?: never;
       path: {
         finding_id: number;
