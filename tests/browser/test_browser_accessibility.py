@@ -58,6 +58,14 @@ async def test_axe_finds_nothing_serious_in_any_view_and_theme(checked_page: Pag
         await page.get_by_test_id(f"view-{view}").click()
         await expect(page.get_by_test_id(f"view-{view}")).to_have_attribute("aria-current", "page")
         assert await serious_issues(page) == [], view
+    finding = await service.mission.add_finding((18.0, 72.0, 0.0), "a jacket")
+    service.mission.notify(Severity.NEWS, "Possible person")
+    await page.goto(f"{service.url}#/decide?finding={finding.finding_id}")
+    await page.get_by_test_id("way-change").click()
+    assert await serious_issues(page) == [], "card of a finding"
+    await page.get_by_test_id("send-on").click()
+    assert await serious_issues(page) == [], "message about a finding"
+    await page.keyboard.press("Escape")
     await page.get_by_test_id("view-fly").click()
     for theme in THEMES:
         await page.get_by_test_id("settings-open").click()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import AsyncIterator
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from playwright.async_api import Page, expect
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.findings import FindingStatus, TargetEstimate
+from aos_gcs.ports import Severity
 from aos_gcs.runtime.viewer import Viewer
 from tests.browser.conftest import OPERATOR_CODE, PageRecord, Service, serving
 from tests.browser.pages import open_page, sign_in, with_thumbnails
@@ -76,6 +78,43 @@ async def test_a_finding_is_confirmed_with_a_remark_and_seen_by_observers(
     await expect(page.get_by_test_id("report-print")).to_be_hidden()
     await expect(page.get_by_test_id("connection")).to_be_hidden()
     assert page_record.errors == []
+
+
+async def test_an_alert_leads_to_the_card_with_position_way_and_time(page: Page, found_service: Service) -> None:
+    await with_thumbnails(page)
+    await open_page(page, found_service.url)
+    text = "Possible person (93 %) at 18.0 m east, 72.0 m north"
+    found_service.mission.notify(Severity.NEWS, text, track_id=found_service.mission.findings.all()[0].track_id)
+    await page.get_by_test_id("alert-bar").get_by_test_id("show-finding-1").click()
+
+    card = page.get_by_test_id("finding-detail")
+    await expect(card.get_by_test_id("position-decimal")).to_contain_text("48.33")
+    await expect(card.get_by_test_id("way")).to_have_text(re.compile(r"\d{3}° true, 11\d\sm from the launch site"))
+    await expect(card).to_contain_text(re.compile(r"First seen\d\d:\d\d:\d\d UTC"))
+    await expect(page.get_by_test_id("alert-bar")).to_contain_text("48.33")
+
+    for width_px, height_px in ((1280, 800), (390, 844)):
+        await page.set_viewport_size({"width": width_px, "height": height_px})
+        for picture in await card.locator("img").all():
+            box = await picture.bounding_box()
+            assert box is not None
+            assert min(box["width"], box["height"]) > 100.0
+    await page.get_by_test_id("plane-5").click()
+    await page.get_by_test_id("cameras-nearest").click()
+    shown = page.get_by_test_id("enlarge-thermal").locator("img")
+    await expect(shown).to_have_attribute("src", re.compile("above_m=5&nearest=true"))
+
+    await page.get_by_test_id("way-change").click()
+    await page.get_by_test_id("reference-place").fill("33U VP 49890 53919")
+    await expect(card.get_by_test_id("way")).to_contain_text("from the reference place")
+    await page.get_by_test_id("send-on").click()
+    await expect(page.get_by_test_id("message-text")).to_have_value(re.compile("from the reference place"))
+    await page.keyboard.press("Escape")
+    await page.reload()
+    await expect(card.get_by_test_id("way")).to_contain_text("from the reference place")
+    await page.get_by_test_id("way-change").click()
+    await page.get_by_test_id("reference-launch").click()
+    await expect(card.get_by_test_id("way")).to_contain_text("from the launch site")
 
 
 async def test_pictures_of_a_finding_are_enlarged(page: Page, found_service: Service) -> None:

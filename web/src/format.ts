@@ -28,6 +28,15 @@ export function timeOfDay(utc_s: number): string {
   return new Date(1000 * utc_s).toLocaleTimeString([], { hourCycle: "h23", timeZoneName: "short" });
 }
 
+/** Distance on the ground: metres, or kilometres where it is long. */
+export function distance(metres: number): string {
+  if (metres < 1000) return quantity(metres, metres < 10 ? 1 : 0, "m");
+  return quantity(metres / 1000, metres < 10_000 ? 2 : 1, "km");
+}
+
+/** Direction in whole degrees, three digits as radio traffic has them: 007°. */
+export const bearing = (degrees: number): string => `${String(Math.round(degrees) % 360).padStart(3, "0")}°`;
+
 /** Age: short ones with a decimal, long ones in minutes. */
 export function age(seconds: number | null): string {
   if (seconds === null) return UNKNOWN;

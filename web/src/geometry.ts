@@ -35,6 +35,17 @@ export function toEnu(origin: Geodetic, [lng, lat]: LngLat): EnuPoint {
   return [(lng - origin.longitude_deg) * scale.east, (lat - origin.latitude_deg) * scale.north];
 }
 
+/** Way between two places of a region: bearing clockwise from true north in [0, 360), and distance. */
+export function bearingAndDistance(from: Place, to: Place): { bearing_deg: number; distance_m: number } {
+  // The scale halfway between them, where the length of a degree of longitude is their mean.
+  const middle_deg = (from.latitude_deg + to.latitude_deg) / 2;
+  const scale = metresPerDegree({ latitude_deg: middle_deg, longitude_deg: 0, altitude_amsl_m: 0 });
+  const turn_deg = ((to.longitude_deg - from.longitude_deg + 540) % 360) - 180;
+  const [east_m, north_m] = [turn_deg * scale.east, (to.latitude_deg - from.latitude_deg) * scale.north];
+  const bearing_deg = (Math.atan2(east_m, north_m) / DEG + 360) % 360;
+  return { bearing_deg, distance_m: Math.hypot(east_m, north_m) };
+}
+
 /** Closed ring of points around a centre. */
 export function circle([east_m, north_m]: EnuPoint, radius_m: number, corners = 48): EnuPoint[] {
   return Array.from({ length: corners + 1 }, (_, index) => {

@@ -2,6 +2,7 @@ import "maplibre-gl/dist/maplibre-gl.css";
 import "./styles/theme.css";
 import "./styles/ui.css";
 import "./styles/shell.css";
+import "./styles/alerts.css";
 import "./styles/map.css";
 import "./styles/panels.css";
 import "./styles/forced_colors.css";

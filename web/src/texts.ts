@@ -147,6 +147,8 @@ export const texts = {
     times: (count: number) => `${count}×`,
     vehicle: (id: number, text: string) => `Vehicle ${id}: ${text}`,
     vehicles: (count: number, ids: string, text: string) => `${count} vehicles (${ids}): ${text}`,
+    show: "Show",
+    showFinding: (id: number) => `Show finding ${id}`,
     acknowledge: "Acknowledge",
     acknowledgeAll: (count: number) => `Acknowledge all ${count}`,
     more: (count: number) => `${count} more`,

@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 import { likelihood } from "../src/format";
-import { notations } from "../src/views/decide/detail";
+import { notations } from "../src/views/decide/findings";
 import { ellipseText, evidenceText, listed, reported, sightingsText, statusText } from "../src/views/decide/findings";
 import { findingsLayer } from "../src/views/decide/findings_layer";
 import { drawn, scene } from "./fake_map";

@@ -13,9 +13,20 @@ export const changeFinding = (id: number, change: Partial<FindingChange>): Promi
 export const addFinding = (place: Place, comment: string): Promise<Answer<Finding>> =>
   request("POST", "/api/findings", isFinding, { ...place, comment });
 
+/** What the image of a finding shows. */
+export interface Shot {
+  readonly kind: "integral" | "thermal";
+  /** Height of the focal plane above the finding. */
+  readonly above_m?: number;
+  /** Whether only the frame of the nearest camera is shown instead of the integral of all. */
+  readonly isNearest?: boolean;
+}
+
 /** Address of the image around a finding at the step that showed it last. */
-export const thumbnailUrl = ({ finding_id, step }: Finding, kind: "integral" | "thermal"): string =>
-  `/api/findings/${finding_id}/${kind}.png?step=${step}`;
+export function thumbnailUrl({ finding_id, step }: Finding, { kind, above_m = 0, isNearest = false }: Shot): string {
+  const plane = above_m === 0 ? "" : `&above_m=${above_m}`;
+  return `/api/findings/${finding_id}/${kind}.png?step=${step}${plane}${isNearest ? "&nearest=true" : ""}`;
+}
 
 export const FINDING_FILES = ["geojson", "kml", "gpx"] as const;
 export const findingsFileUrl = (suffix: (typeof FINDING_FILES)[number]): string => `/api/findings.${suffix}`;

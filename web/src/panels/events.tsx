@@ -1,8 +1,13 @@
 /** Events, newest first, filtered by severity, with their acknowledgements. */
 import { useMemo, useState } from "preact/hooks";
-import type { Acknowledgement, Notice, Severity } from "../api/types";
+import type { Acknowledgement, Finding, Notice, Severity } from "../api/types";
+import type { Notation } from "../coordinates";
 import { timeOfDay } from "../format";
+import { useShell } from "../shell/context";
+import { findingText } from "../shell/finding_text";
+import { routeHash } from "../shell/route";
 import { acknowledgementByNotice, SEVERITIES } from "../state/alerts";
+import { findingOfTrack } from "../state/findings";
 import { texts } from "../texts";
 import { Choice } from "../ui/choice";
 import { Panel } from "../ui/panel";
@@ -20,6 +25,8 @@ interface Props {
 
 export function EventsPanel({ notices, acknowledgements }: Props) {
   const [lowest, setLowest] = useState<(typeof FILTERS)[number]>("info");
+  const { state, notation } = useShell();
+  const findings = state.mission?.findings;
   const items = useMemo(() => {
     const acknowledged = acknowledgementByNotice(notices, acknowledgements);
     return notices.flatMap((notice, index) => {
@@ -28,10 +35,18 @@ export function EventsPanel({ notices, acknowledgements }: Props) {
       const isShown = rank(notice.severity) >= rank(lowest);
       return [
         missing > 0 ? <MissingItem key={`before ${id}`} count={missing} /> : null,
-        isShown ? <EventItem key={id} notice={notice} acknowledgement={acknowledged.get(id)} /> : null,
+        isShown ? (
+          <EventItem
+            key={id}
+            notice={notice}
+            acknowledgement={acknowledged.get(id)}
+            finding={findingOfTrack(findings ?? [], notice.track_id)}
+            notation={notation}
+          />
+        ) : null,
       ].filter((item) => item !== null);
     });
-  }, [notices, acknowledgements, lowest]);
+  }, [notices, acknowledgements, lowest, findings, notation]);
   const choice = (
     <Choice
       label={texts.events.panel}
@@ -54,15 +69,19 @@ export function EventsPanel({ notices, acknowledgements }: Props) {
 interface ItemProps {
   notice: Notice;
   acknowledgement: Acknowledgement | undefined;
+  /** Finding that it is about; null for anything else. */
+  finding: Finding | null;
+  notation: Notation;
 }
 
-function EventItem({ notice: { severity, text, vehicle_id: id, utc_s }, acknowledgement }: ItemProps) {
+function EventItem({ notice, acknowledgement, finding, notation }: ItemProps) {
+  const { severity, utc_s } = notice;
   return (
     <li class={`event is-${severity}`} data-testid="event">
       <time>{timeOfDay(utc_s)}</time>
       <span>
         {severity !== "info" && <b>{texts.names.severity[severity]} </b>}
-        {id === null ? text : texts.alerts.vehicle(id, text)}
+        <EventWords notice={notice} finding={finding} notation={notation} />
         {acknowledgement && (
           <small data-testid="acknowledged">
             {" "}
@@ -71,6 +90,20 @@ function EventItem({ notice: { severity, text, vehicle_id: id, utc_s }, acknowle
         )}
       </span>
     </li>
+  );
+}
+
+/** Words of an event; about a finding, what is known of it now, as a link to its card. */
+function EventWords({
+  notice: { text, vehicle_id: id },
+  finding,
+  notation,
+}: Pick<ItemProps, "notice" | "finding" | "notation">) {
+  if (finding === null) return id === null ? text : texts.alerts.vehicle(id, text);
+  return (
+    <a href={routeHash("decide", { finding: String(finding.finding_id) })} title={text}>
+      {findingText(finding, notation)}
+    </a>
   );
 }
 

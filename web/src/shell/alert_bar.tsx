@@ -1,10 +1,15 @@
 /** Alerts that no operator has acknowledged: the most severe one in words, the others in a list. */
 import { useState } from "preact/hooks";
 import { acknowledgeNotices } from "../api/client";
-import type { Alert } from "../state/alerts";
+import type { Finding } from "../api/types";
 import { timeOfDay } from "../format";
+import type { Alert } from "../state/alerts";
+import { findingOfTrack } from "../state/findings";
 import { texts } from "../texts";
 import { Dialog } from "../ui/dialog";
+import { useShell } from "./context";
+import { findingText } from "./finding_text";
+import { routeHash } from "./route";
 import { alertText } from "./use_alerts";
 
 interface Props {
@@ -14,6 +19,12 @@ interface Props {
 }
 
 export function AlertBar({ alerts, mayAcknowledge }: Props) {
+  const { state, notation } = useShell();
+  const findingOf = (alert: Alert): Finding | null => findingOfTrack(state.mission?.findings ?? [], alert.trackId);
+  const words = (alert: Alert): string => {
+    const finding = findingOf(alert);
+    return finding === null ? alertText(alert) : findingText(finding, notation);
+  };
   const [isListOpen, setListOpen] = useState(false);
   const [refusal, setRefusal] = useState("");
   const acknowledge = async (those: readonly Alert[]): Promise<void> => {
@@ -33,9 +44,10 @@ export function AlertBar({ alerts, mayAcknowledge }: Props) {
     <div class={`alert-bar is-${first.severity}`} data-testid="alert-bar" data-severity={first.severity}>
       {/* Only the words are announced: buttons that change would repeat themselves. */}
       <p role="alert" tabIndex={0}>
-        <b>{texts.names.severity[first.severity]}</b> {alertText(first)}
+        <b>{texts.names.severity[first.severity]}</b> {words(first)}
         {first.count > 1 && ` (${texts.alerts.times(first.count)})`}
       </p>
+      <ShowFinding finding={findingOf(first)} />
       {refusal !== "" && <p data-testid="alert-refusal">{refusal}</p>}
       {others.length > 0 && (
         <button type="button" data-testid="alert-list" onClick={() => setListOpen(true)}>
@@ -52,8 +64,9 @@ export function AlertBar({ alerts, mayAcknowledge }: Props) {
           <ul class="alert-list">
             {alerts.map((alert) => (
               <li key={alert.key} class={`is-${alert.severity}`}>
-                <time>{timeOfDay(alert.utc_s)}</time> <b>{texts.names.severity[alert.severity]}</b> {alertText(alert)}{" "}
+                <time>{timeOfDay(alert.utc_s)}</time> <b>{texts.names.severity[alert.severity]}</b> {words(alert)}{" "}
                 {alert.count > 1 && texts.alerts.times(alert.count)}
+                <ShowFinding finding={findingOf(alert)} onFollow={() => setListOpen(false)} />
               </li>
             ))}
           </ul>
@@ -67,5 +80,22 @@ export function AlertBar({ alerts, mayAcknowledge }: Props) {
         </Dialog>
       )}
     </div>
+  );
+}
+
+/** Link to the card of the finding that an alert is about. */
+function ShowFinding({ finding, onFollow }: { finding: Finding | null; onFollow?: () => void }) {
+  if (finding === null) return null;
+  const { finding_id: id } = finding;
+  return (
+    <a
+      class="button show-finding"
+      href={routeHash("decide", { finding: String(id) })}
+      data-testid={`show-finding-${id}`}
+      aria-label={texts.alerts.showFinding(id)}
+      onClick={onFollow}
+    >
+      {texts.alerts.show}
+    </a>
   );
 }

@@ -6,6 +6,8 @@ export interface Alert {
   readonly key: string;
   readonly severity: Exclude<Severity, "info">;
   readonly text: string;
+  /** Track of the target that it is about; null for anything else. */
+  readonly trackId: number | null;
   /** Vehicles that report the same; none where it concerns the mission. */
   readonly vehicleIds: readonly number[];
   /** Number and time of the latest repetition. */
@@ -46,7 +48,7 @@ export function acknowledgementByNotice(
 export function openAlerts(notices: readonly Notice[], acknowledgements: readonly Acknowledgement[]): Alert[] {
   const alerts = new Map<string, Alert>();
   for (const { notice, count } of openNotices(notices, acknowledgements)) {
-    const { notice_id: id, severity, text, vehicle_id: vehicleId, utc_s } = notice;
+    const { notice_id: id, severity, text, vehicle_id: vehicleId, utc_s, track_id: trackId } = notice;
     if (severity === "info") continue;
     const key = `${vehicleId === null ? "mission" : "vehicles"} ${severity} ${text}`;
     const others = alerts.get(key);
@@ -54,6 +56,7 @@ export function openAlerts(notices: readonly Notice[], acknowledgements: readonl
       key,
       severity,
       text,
+      trackId,
       vehicleIds: [...(others?.vehicleIds ?? []), ...(vehicleId === null ? [] : [vehicleId])],
       id,
       utc_s,

@@ -1,184 +1,134 @@
-/** Details of one finding: position in every notation, its error, and the operators' decision and comments. */
-import { useEffect, useState } from "preact/hooks";
-import { changeFinding } from "../../api/findings";
-import type { Finding, FindingChange } from "../../api/types";
-import { type Notation, NOTATIONS, written } from "../../coordinates";
+/** Card of one finding: large images, where it is and which way, why it is believed, and the operators' decision. */
+import { useState } from "preact/hooks";
+import type { Finding } from "../../api/types";
 import { eastNorth, likelihood } from "../../format";
 import { useShell } from "../../shell/context";
 import { texts } from "../../texts";
 import { type Fact, Facts } from "../../ui/facts";
 import { Panel } from "../../ui/panel";
-import { ellipseText, sightingsText, significanceText, STATUS_SIGNS, statusText, timeText } from "./findings";
+import { Copy } from "./copy";
+import { Decision, Remarks, RemarksForm } from "./decision";
+import { ellipseText, notations, sightingsText, significanceText, statusText, timeText } from "./findings";
 import { FindingPictures } from "./pictures";
+import { Way } from "./reference";
+import { SendOn } from "./send_on";
+import type { Reference } from "./way";
 
-/** Position in the notations that search teams use, the chosen one first; none without an origin on the globe. */
-export function notations({ position }: Finding, chosen: Notation): [Notation, string][] {
-  const { latitude_deg, longitude_deg } = position;
-  if (latitude_deg === null || longitude_deg === null) return [];
-  const ordered = [chosen, ...NOTATIONS.filter((notation) => notation !== chosen)];
-  const all = ordered.map((name): [Notation, string] => [name, written({ latitude_deg, longitude_deg }, name)]);
-  // Beyond the reach of UTM several notations are the same.
-  return all.filter(([, text], index) => all.findIndex(([, other]) => other === text) === index);
+interface Props {
+  finding: Finding;
+  reference: Reference;
+  isSettingReference: boolean;
+  onReference(place: Reference): void;
+  onSetReferenceOnMap(): void;
+  onClose(): void;
 }
 
-export function FindingDetail({ finding }: { finding: Finding }) {
-  const { mayJudge: mayDecide, notation } = useShell();
-  const title = texts.decide.finding(finding.finding_id);
-  const facts: Fact[] = [
-    [texts.decide.local, eastNorth(finding.position.east_m, finding.position.north_m)],
-    [texts.decide.ellipse, ellipseText(finding)],
-    [texts.decide.views, sightingsText(finding)],
-    [texts.decide.kind, texts.names.findingKind[finding.kind]],
-    [texts.decide.confidence, likelihood(finding.person_confidence)],
-    [texts.decide.significance, significanceText(finding)],
-    [texts.decide.reasons, finding.reasons.length > 0 ? finding.reasons.join("; ") : texts.noData],
-    [texts.decide.found, timeText(finding, finding.found_at_s)],
-    [texts.decide.seen, timeText(finding, finding.seen_at_s)],
-  ];
+export function FindingDetail({ finding, onClose, ...ofReference }: Props) {
+  const { mayJudge: mayDecide } = useShell();
+  const [isSending, setSending] = useState(false);
+  const { finding_id: id, operator } = finding;
   return (
     <Panel
-      title={title}
+      title={`${texts.decide.finding(id)}: ${texts.names.findingKind[finding.kind]}`}
       testId="finding-detail"
-      class="finding-detail scroll"
+      class="finding-detail"
       aside={
-        <span class={`badge finding-status is-${finding.status}`} data-testid="finding-status" role="status">
-          {statusText(finding)}
-          {finding.operator !== "" && ` · ${finding.operator}`}
-        </span>
+        <>
+          <span class={`badge finding-status is-${finding.status}`} data-testid="finding-status" role="status">
+            {statusText(finding)}
+            {operator !== "" && ` · ${operator}`}
+          </span>
+          <button type="button" data-testid="finding-close" onClick={onClose}>
+            {texts.decide.close}
+          </button>
+        </>
       }
     >
-      <div class="finding-pictures">
-        <FindingPictures key={finding.finding_id} finding={finding} />
-        {mayDecide && finding.merged_into === null && <Decision finding={finding} />}
+      <div class="scroll finding-body" tabIndex={0} role="region" aria-label={texts.decide.finding(id)}>
+        <Where key={`where ${id}`} finding={finding} {...ofReference} />
+        <Why finding={finding} />
+        <FindingPictures key={id} finding={finding} />
+        {mayDecide ? <RemarksForm key={`remarks ${id}`} finding={finding} /> : <Remarks finding={finding} />}
+        <OtherNotations finding={finding} />
       </div>
+      <div class="finding-actions">
+        {mayDecide && finding.merged_into === null && <Decision key={id} finding={finding} />}
+        <button type="button" data-testid="send-on" onClick={() => setSending(true)}>
+          {texts.decide.sendOn}
+        </button>
+      </div>
+      {isSending && <SendOn finding={finding} reference={ofReference.reference} onClose={() => setSending(false)} />}
+    </Panel>
+  );
+}
+
+type WhereProps = Omit<Props, "onClose">;
+
+/** Position in the chosen notation with its error, and the way to it. */
+function Where({ finding, reference, isSettingReference, onReference, onSetReferenceOnMap }: WhereProps) {
+  const { notation } = useShell();
+  const [first] = notations(finding, notation);
+  return (
+    <div class="where">
+      {first && (
+        <p class="position">
+          <b data-testid={`position-${first[0]}`}>{first[1]}</b>
+          <span data-testid="finding-error">{texts.decide.error(ellipseText(finding))}</span>
+          <Copy text={first[1]} label={texts.decide.copyNotation(texts.places.notation[first[0]])} />
+        </p>
+      )}
+      <Way
+        finding={finding}
+        reference={reference}
+        isSetting={isSettingReference}
+        onChange={onReference}
+        onSetOnMap={onSetReferenceOnMap}
+      />
+    </div>
+  );
+}
+
+/** How likely it is a person and why, and when it was seen. */
+function Why({ finding }: { finding: Finding }) {
+  const { mission } = useShell().state;
+  const facts: Fact[] = [
+    [texts.decide.confidence, likelihood(finding.person_confidence)],
+    [texts.decide.significance, significanceText(finding)],
+    [texts.decide.found, timeText(finding, finding.found_at_s, mission)],
+    [texts.decide.seen, timeText(finding, finding.seen_at_s, mission)],
+    [texts.decide.views, sightingsText(finding)],
+  ];
+  return (
+    <div class="why">
+      <Facts facts={facts} class="finding-facts" />
+      <p class="small" data-testid="finding-reasons">
+        {texts.decide.reasons}: {finding.reasons.length === 0 ? texts.noData : finding.reasons.join("; ")}
+      </p>
+    </div>
+  );
+}
+
+/** Position in the notations that are not chosen, and from the origin. */
+function OtherNotations({ finding }: { finding: Finding }) {
+  const { notation } = useShell();
+  const [, ...others] = notations(finding, notation);
+  const { east_m, north_m } = finding.position;
+  return (
+    <details>
+      <summary>{texts.decide.otherNotations}</summary>
       <ul class="notations">
-        {notations(finding, notation).map(([name, text]) => (
+        {others.map(([name, text]) => (
           <li key={name}>
             <span class="small">{texts.places.notation[name]}</span>
             <b data-testid={`position-${name}`}>{text}</b>
             <Copy text={text} label={texts.decide.copyNotation(texts.places.notation[name])} />
           </li>
         ))}
+        <li>
+          <span class="small">{texts.decide.local}</span>
+          <b>{eastNorth(east_m, north_m)}</b>
+        </li>
       </ul>
-      <Facts facts={facts} class="finding-facts" />
-      {mayDecide ? <RemarksForm key={finding.finding_id} finding={finding} /> : <Remarks finding={finding} />}
-    </Panel>
-  );
-}
-
-function Remarks({ finding: { comment, assignee } }: { finding: Finding }) {
-  return (
-    <>
-      {assignee !== "" && (
-        <p>
-          {texts.decide.assignee}: {assignee}
-        </p>
-      )}
-      {comment !== "" && <p>{comment}</p>}
-    </>
-  );
-}
-
-/** Hook that sends a change of a finding and keeps its refusal. */
-function useChange({
-  finding_id: id,
-}: Finding): [refusal: string | null, change: (changed: Partial<FindingChange>) => void] {
-  const [refusal, setRefusal] = useState<string | null>(null);
-  const change = async (changed: Partial<FindingChange>): Promise<void> => {
-    const answer = await changeFinding(id, changed);
-    setRefusal(answer.ok ? null : answer.message);
-  };
-  return [refusal, (changed) => void change(changed)];
-}
-
-function Decision({ finding }: { finding: Finding }) {
-  const { isConnected } = useShell();
-  const [refusal, change] = useChange(finding);
-  return (
-    <div class="decision" role="group" aria-label={texts.decide.decision}>
-      {(["confirmed", "rejected", "new"] as const).map((status) => (
-        <button
-          key={status}
-          type="button"
-          class={status === "confirmed" ? "primary" : ""}
-          data-testid={`judge-${status}`}
-          disabled={!isConnected || status === finding.status}
-          onClick={() => change({ status })}
-        >
-          {STATUS_SIGNS[status]} {texts.decide.decide[status]}
-        </button>
-      ))}
-      <p class="is-bad" role="alert" data-testid="judge-refusal">
-        {refusal}
-      </p>
-    </div>
-  );
-}
-
-function RemarksForm({ finding }: { finding: Finding }) {
-  const { isConnected } = useShell();
-  const [comment, setComment] = useState(finding.comment);
-  const [assignee, setAssignee] = useState(finding.assignee);
-  const [refusal, change] = useChange(finding);
-  // Shows what another operator has written meanwhile.
-  useEffect(() => setComment(finding.comment), [finding.comment]);
-  useEffect(() => setAssignee(finding.assignee), [finding.assignee]);
-  const isSaved = comment === finding.comment && assignee === finding.assignee;
-  return (
-    <form
-      class="form"
-      onSubmit={(event) => {
-        event.preventDefault();
-        change({ comment, assignee });
-      }}
-    >
-      <label>
-        {texts.decide.comment}
-        <textarea
-          rows={2}
-          maxLength={2000}
-          data-testid="finding-comment"
-          value={comment}
-          onInput={(event) => setComment(event.currentTarget.value)}
-        />
-      </label>
-      <label>
-        {texts.decide.assignee}
-        <input
-          type="text"
-          maxLength={100}
-          data-testid="finding-assignee"
-          value={assignee}
-          onInput={(event) => setAssignee(event.currentTarget.value)}
-        />
-      </label>
-      <div class="button-row">
-        <button type="submit" data-testid="finding-save" disabled={!isConnected || isSaved}>
-          {texts.decide.save}
-        </button>
-      </div>
-      <p class="is-bad" role="alert" data-testid="finding-refusal">
-        {refusal}
-      </p>
-    </form>
-  );
-}
-
-function Copy({ text, label }: { text: string; label: string }) {
-  const [copied, setCopied] = useState<string | null>(null);
-  const copy = async (): Promise<void> => {
-    try {
-      await navigator.clipboard.writeText(text);
-      setCopied(text);
-    } catch {
-      setCopied(null); // refused by the browser; the text can still be selected
-    }
-  };
-  // Browsers disable the clipboard on pages with a plain HTTP address of another machine.
-  if (!window.isSecureContext) return null;
-  return (
-    <button type="button" aria-label={label} onClick={() => void copy()}>
-      {copied === text ? texts.decide.copied : texts.decide.copy}
-    </button>
+    </details>
   );
 }

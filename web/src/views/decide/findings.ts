@@ -1,6 +1,7 @@
 /** Content and order of the list of findings. Pure functions. */
-import type { Finding, FindingStatus } from "../../api/types";
-import { duration, likelihood, quantity } from "../../format";
+import type { Finding, FindingStatus, Mission } from "../../api/types";
+import { type Notation, NOTATIONS, written } from "../../coordinates";
+import { duration, likelihood, quantity, timeOfDay } from "../../format";
 import { texts } from "../../texts";
 
 export const STATUS_SIGNS: Readonly<Record<FindingStatus, string>> = { new: "?", confirmed: "✓", rejected: "✗" };
@@ -55,9 +56,29 @@ export function sightingsText({ track_id, sightings, significance, found_in }: F
   return significance === null ? texts.target.sightings(sightings) : texts.survey.frames(sightings);
 }
 
-/** Time of a mission at which a finding was first or last seen, or that another sortie has found it. */
-export const timeText = ({ found_in }: Finding, time_s: number): string =>
-  found_in === "" ? duration(time_s) : texts.decide.earlierSortie;
+/**
+ * Time at which a finding was first or last seen: by the clock, with the time of the mission behind it, or that alone
+ * where no clock time is known; or that another sortie has found it.
+ */
+export function timeText(
+  { found_in }: Finding,
+  time_s: number,
+  mission: Pick<Mission, "started_utc_s"> | null,
+): string {
+  if (found_in !== "") return texts.decide.earlierSortie;
+  const started_utc_s = mission?.started_utc_s ?? null;
+  return started_utc_s === null ? duration(time_s) : `${timeOfDay(started_utc_s + time_s)} (${duration(time_s)})`;
+}
+
+/** Position in the notations that search teams use, the chosen one first; none without an origin on the globe. */
+export function notations({ position }: Finding, chosen: Notation): [Notation, string][] {
+  const { latitude_deg, longitude_deg } = position;
+  if (latitude_deg === null || longitude_deg === null) return [];
+  const ordered = [chosen, ...NOTATIONS.filter((notation) => notation !== chosen)];
+  const all = ordered.map((name): [Notation, string] => [name, written({ latitude_deg, longitude_deg }, name)]);
+  // Beyond the reach of UTM several notations are the same.
+  return all.filter(([, text], index) => all.findIndex(([, other]) => other === text) === index);
+}
 
 /** How surely a survey shows a finding; nothing in missions. */
 export const significanceText = ({ significance }: Finding): string =>

@@ -18,33 +18,48 @@ import { findingsLayer, markLayer } from "./findings_layer";
 import { FindingList } from "./list";
 import { MarkForm } from "./mark_form";
 import { Report } from "./report";
+import { storedReference, storeReference, type Reference } from "./way";
+
+/** What the next click on the map sets. */
+type Pointer = "finding" | "reference";
 
 const OVERLAY = { kind: "integral", opacity: 1 } as const;
 
 export function DecideView() {
   const { state, route, navigate, mayJudge: mayMark } = useShell();
   const [filter, setFilter] = useState<Filter>("all");
-  const [isMarking, setMarking] = useState(false);
+  const [pointer, setPointer] = useState<Pointer | null>(null);
+  const [reference, setReference] = useState(storedReference);
   const [refusal, setRefusal] = useState<string | null>(null);
   const findings = state.mission?.findings ?? [];
   const chosen = findings.find(({ finding_id: id }) => String(id) === route.params["finding"]) ?? null;
   const choose = (id: number): void => navigate("decide", { finding: String(id) });
   const add = async (place: Place): Promise<void> => {
-    setMarking(false);
     const answer = await addFinding(place, "");
     setRefusal(answer.ok ? null : answer.message);
     if (answer.ok) choose(answer.value.finding_id);
   };
 
+  const changeReference = (place: Reference): void => {
+    storeReference(place);
+    setReference(place);
+  };
+  const point = (place: Place): void => {
+    setPointer(null);
+    if (pointer === "reference") changeReference(place);
+    else void add(place);
+  };
+  const toggle = (wanted: Pointer): void => setPointer(pointer === wanted ? null : wanted);
+
   // The layers are made once and read the current values.
-  const current = useRef({ chosen, isMarking, add });
-  current.current = { chosen, isMarking: isMarking && mayMark, add };
+  const current = useRef({ chosen, pointer, point });
+  current.current = { chosen, pointer, point };
   const base = useBaseLayers();
   const layers = useMemo(() => {
     const shown = findingsLayer(() => current.current.chosen?.finding_id ?? null, choose);
     const mark = markLayer(
-      () => current.current.isMarking,
-      (place) => void current.current.add(place),
+      () => current.current.pointer !== null,
+      (place) => current.current.point(place),
     );
     return [...base, pictureLayer, areaLayer, shown, mark];
   }, [base]);
@@ -54,7 +69,7 @@ export function DecideView() {
   }
   return (
     <>
-      <div class="finding-side">
+      <div class={`finding-side ${chosen === null ? "" : "has-chosen"}`}>
         <Panel
           title={texts.decide.panel}
           testId="findings"
@@ -91,18 +106,27 @@ export function DecideView() {
             ))}
           </div>
         </Panel>
-        {chosen && <FindingDetail finding={chosen} />}
       </div>
+      {chosen && (
+        <FindingDetail
+          finding={chosen}
+          reference={reference}
+          isSettingReference={pointer === "reference"}
+          onReference={changeReference}
+          onSetReferenceOnMap={() => toggle("reference")}
+          onClose={() => navigate("decide")}
+        />
+      )}
       <MapPanel layers={layers} overlay={OVERLAY} lookAt={chosen && enu(chosen.position)}>
         {mayMark && (
           <button
             type="button"
             data-testid="mark"
-            class={isMarking ? "primary" : ""}
-            aria-pressed={isMarking}
-            onClick={() => setMarking(!isMarking)}
+            class={pointer === "finding" ? "primary" : ""}
+            aria-pressed={pointer === "finding"}
+            onClick={() => toggle("finding")}
           >
-            {isMarking ? texts.decide.marking : texts.decide.mark}
+            {pointer === "finding" ? texts.decide.marking : texts.decide.mark}
           </button>
         )}
       </MapPanel>

@@ -1,5 +1,6 @@
 /** List of findings, undecided ones first. */
 import type { Finding } from "../../api/types";
+import { useShell } from "../../shell/context";
 import { texts } from "../../texts";
 import { evidenceText, type Filter, sightingsText, statusText, timeText } from "./findings";
 import { Thumbnail } from "./thumbnail";
@@ -12,6 +13,7 @@ interface Props {
 }
 
 export function FindingList({ findings, filter, chosen, onChoose }: Props) {
+  const { mission } = useShell().state;
   if (findings.length === 0) return <p class="empty">{texts.decide.none[filter]}</p>;
   return (
     <ul class="finding-list scroll">
@@ -24,7 +26,7 @@ export function FindingList({ findings, filter, chosen, onChoose }: Props) {
             aria-pressed={finding.finding_id === chosen}
             onClick={() => onChoose(finding.finding_id)}
           >
-            <Thumbnail finding={finding} kind="integral" />
+            <Thumbnail finding={finding} shot={{ kind: "integral" }} />
             <span>
               <b>{texts.decide.finding(finding.finding_id)}</b>
               <br />
@@ -33,7 +35,7 @@ export function FindingList({ findings, filter, chosen, onChoose }: Props) {
               </span>
               <br />
               <span class="small">
-                {evidenceText(finding)} · {sightingsText(finding)} · {timeText(finding, finding.seen_at_s)}
+                {evidenceText(finding)} · {sightingsText(finding)} · {timeText(finding, finding.seen_at_s, mission)}
               </span>
               {finding.assignee !== "" && (
                 <>

@@ -4,8 +4,7 @@ import { duration, eastNorth, likelihood, quantity } from "../../format";
 import { useShell } from "../../shell/context";
 import { texts } from "../../texts";
 import { type Fact, Facts } from "../../ui/facts";
-import { notations } from "./detail";
-import { ellipseText, reported, sightingsText, significanceText, STATUS_SIGNS, timeText } from "./findings";
+import { ellipseText, notations, reported, sightingsText, significanceText, STATUS_SIGNS, timeText } from "./findings";
 import "./report.css";
 import { Sketch } from "./sketch";
 import { Thumbnail } from "./thumbnail";
@@ -60,7 +59,7 @@ export function Report({ mission, onClose }: Props) {
 }
 
 function ReportedFinding({ finding }: { finding: Finding }) {
-  const { notation } = useShell();
+  const { notation, state } = useShell();
   const { finding_id: id, status, position, person_confidence, kind, reasons, comment, assignee, operator } = finding;
   const facts: Fact[] = [
     ...notations(finding, notation).map(([name, text]): Fact => [texts.places.notation[name], text]),
@@ -71,8 +70,8 @@ function ReportedFinding({ finding }: { finding: Finding }) {
     [texts.decide.confidence, likelihood(person_confidence)],
     [texts.decide.significance, significanceText(finding)],
     [texts.decide.reasons, reasons.join("; ")],
-    [texts.decide.found, timeText(finding, finding.found_at_s)],
-    [texts.decide.seen, timeText(finding, finding.seen_at_s)],
+    [texts.decide.found, timeText(finding, finding.found_at_s, state.mission)],
+    [texts.decide.seen, timeText(finding, finding.seen_at_s, state.mission)],
     [texts.report.decidedBy, operator],
     [texts.decide.assignee, assignee],
     [texts.decide.comment, comment],
@@ -83,8 +82,8 @@ function ReportedFinding({ finding }: { finding: Finding }) {
         {texts.decide.finding(id)}: {STATUS_SIGNS[status]} {texts.decide.status[status]}
       </h3>
       <Facts facts={facts} />
-      <Thumbnail finding={finding} kind="integral" />
-      <Thumbnail finding={finding} kind="thermal" />
+      <Thumbnail finding={finding} shot={{ kind: "integral" }} />
+      <Thumbnail finding={finding} shot={{ kind: "thermal" }} />
     </section>
   );
 }

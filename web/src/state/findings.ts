@@ -1,0 +1,9 @@
+/** Findings as alerts and events point to them. Pure functions. */
+import type { Finding } from "../api/types";
+
+/** Finding of a target's track, or the earlier one that it turned out to be; null while there is none. */
+export function findingOfTrack(findings: readonly Finding[], trackId: number | null): Finding | null {
+  if (trackId === null) return null;
+  const found = findings.find(({ track_id }) => track_id === trackId);
+  return findings.find(({ finding_id }) => finding_id === found?.merged_into) ?? found ?? null;
+}
