@@ -6,7 +6,7 @@ environment=.make/constraints
 mkdir -p .make
 sh scripts/make_venv.sh "$environment"
 "$environment/bin/python" -m pip install --quiet --disable-pip-version-check \
-    --editable ".[sim,lab,mavsdk,video,geo,dev]"
+    --editable ".[sim,lab,mavsdk,video,geo,report,dev]"
 {
     echo "# Exact versions of everything that the package and its extras need."
     echo "# Made by \`make constraints\`; do not edit."

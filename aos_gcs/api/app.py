@@ -22,6 +22,7 @@ from aos_gcs.api.once import Once
 from aos_gcs.api.openapi import add_routes, make_document
 from aos_gcs.api.page import add_page
 from aos_gcs.api.routers.plans import IMPORT_PATH
+from aos_gcs.handover.model import HandoverControl
 from aos_gcs.mission.control import FindingCommands, MissionCommands, MissionView, ReplayControl
 from aos_gcs.mission.viewing import ViewControl
 from aos_gcs.store.plan_folder import PlanFolder
@@ -46,6 +47,7 @@ def create_app(
     findings: FindingCommands | None = None,
     replay: ReplayControl | None = None,
     viewer: ViewControl | None = None,
+    handovers: HandoverControl | None = None,
     plans_folder: Path = Path("plans"),
     basemap_file: Path | None = None,
     upstream: Upstream | None = None,
@@ -63,6 +65,7 @@ def create_app(
         findings: decisions about the findings of a survey, which has no vehicles; None for missions.
         replay: replay of the mission; None for a live one.
         viewer: viewer of its frames; None where they are not recorded.
+        handovers: hand-overs of its record; None where there is none.
         plans_folder: folder of saved plans.
         basemap_file: a PMTiles file to show below the mission; without one the page has a metric grid.
         upstream: process in which the mission flies; None: this one.
@@ -75,6 +78,7 @@ def create_app(
     app.state.findings = commands or findings
     app.state.replay = replay
     app.state.viewer = viewer
+    app.state.handovers = handovers
     app.state.basemap_file = basemap_file
     app.state.plans = PlanFolder(plans_folder)
     app.state.plan_checks = PlanChecks()
@@ -83,6 +87,7 @@ def create_app(
         viewer=viewer is not None,
         findings=app.state.findings is not None,
         survey=findings is not None,
+        handover=handovers is not None,
     )
     app.state.hub = EventHub(mission, replay, capabilities, now_s, upstream)
     app.state.access = Access(operator_code, now_s, operator_file)

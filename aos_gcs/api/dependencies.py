@@ -15,6 +15,7 @@ from aos_gcs.api.errors import NotFoundError, SeenMissingError
 from aos_gcs.api.events.hub import EventHub
 from aos_gcs.api.once import Once
 from aos_gcs.errors import MissionError
+from aos_gcs.handover.model import HandoverControl
 from aos_gcs.mission.control import FindingCommands, MissionCommands, MissionView, ReplayControl
 from aos_gcs.mission.model.actions import Seen
 from aos_gcs.mission.viewing import ViewControl
@@ -100,6 +101,13 @@ def _get_viewer(connection: HTTPConnection) -> ViewControl:
     return viewer
 
 
+def _get_handovers(connection: HTTPConnection) -> HandoverControl:
+    handovers = cast("HandoverControl | None", connection.app.state.handovers)
+    if handovers is None:
+        raise NotFoundError("This mission is not recorded; there is nothing to hand over.")
+    return handovers
+
+
 def _get_plans(connection: HTTPConnection) -> PlanFolder:
     return cast("PlanFolder", connection.app.state.plans)
 
@@ -116,6 +124,7 @@ BasemapFile = Annotated[Path | None, Depends(_get_basemap_file)]
 OnceOnly = Annotated[Once, Depends(once_of)]
 Replay = Annotated[ReplayControl, Depends(_get_replay)]
 Viewer = Annotated[ViewControl, Depends(_get_viewer)]
+Handovers = Annotated[HandoverControl, Depends(_get_handovers)]
 Checks = Annotated[PlanChecks, Depends(_get_plan_checks)]
 Plans = Annotated[PlanFolder, Depends(_get_plans)]
 OperatorAccess = Annotated[Access, Depends(_get_access)]

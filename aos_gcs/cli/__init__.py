@@ -32,6 +32,7 @@ BUILT_IN: dict[str, str] = {
     "plan-aperture": "aos_gcs.cli.plan_aperture:plan_aperture",
     "inspect": "aos_gcs.cli.inspect:inspect",
     "replay": "aos_gcs.cli.replay:replay",
+    "report": "aos_gcs.cli.report:report",
     "survey": "aos_gcs.cli.survey:survey",
     "lab": "aos_gcs.cli.lab.commands:lab",
 }

@@ -56,6 +56,7 @@ def _verify(folder: Path) -> None:
 async def _show(folder: Path, config: ApiConfig) -> None:
     from aos_gcs.clock import LoopClock  # noqa: PLC0415 - heavy, only for this command
     from aos_gcs.runtime.dashboard import open_dashboard  # noqa: PLC0415
+    from aos_gcs.runtime.handover import HandoverPrinter  # noqa: PLC0415
     from aos_gcs.runtime.sign_in import operator_secrets  # noqa: PLC0415
     from aos_gcs.runtime.viewer import open_viewer  # noqa: PLC0415
     from aos_gcs.store.reader import MissionReader  # noqa: PLC0415
@@ -63,10 +64,11 @@ async def _show(folder: Path, config: ApiConfig) -> None:
 
     secrets = operator_secrets(config)
     with MissionReader(folder) as reader:
-        mission = MissionReplay(reader, LoopClock())
-        viewer = open_viewer(reader)
+        clock = LoopClock()
+        mission = MissionReplay(reader, clock)
+        viewer, handovers = open_viewer(reader), HandoverPrinter(folder, clock.utc_s)
         async with (
-            open_dashboard(mission, config, secrets, replay=mission, viewer=viewer),
+            open_dashboard(mission, config, secrets, replay=mission, viewer=viewer, handovers=handovers),
             asyncio.TaskGroup() as group,
         ):
             group.create_task(mission.run())

@@ -2,11 +2,40 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
+
 import mgrs
 import utm
 
 _MGRS = mgrs.MGRS()
 _UTM_LATITUDES_DEG = (-80.0, 84.0)
+
+
+class Notation(StrEnum):
+    """Notation of a place; the dashboard has the same ones."""
+
+    DECIMAL = "decimal"
+    DMS = "dms"
+    UTM = "utm"
+    MGRS = "mgrs"
+
+
+def written(latitude_deg: float, longitude_deg: float, notation: Notation) -> str:
+    """Return a place in a notation; nearer to the poles than UTM reaches, in decimal degrees instead of UTM."""
+    match notation:
+        case Notation.DMS:
+            return dms(latitude_deg, longitude_deg)
+        case Notation.MGRS:
+            return mgrs_text(latitude_deg, longitude_deg)
+        case Notation.UTM:
+            return utm_text(latitude_deg, longitude_deg) or decimal(latitude_deg, longitude_deg)
+        case Notation.DECIMAL:
+            return decimal(latitude_deg, longitude_deg)
+
+
+def decimal(latitude_deg: float, longitude_deg: float) -> str:
+    """Return a place in degrees to 0.000001 (0.1 m)."""
+    return f"{abs(latitude_deg):.6f}° {'NS'[latitude_deg < 0]}, {abs(longitude_deg):.6f}° {'EW'[longitude_deg < 0]}"
 
 
 def dms(latitude_deg: float, longitude_deg: float) -> str:

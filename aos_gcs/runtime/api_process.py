@@ -16,8 +16,10 @@ from typing import Final, NoReturn
 from aos_gcs.background_log import background_log
 from aos_gcs.bridge.messages import MAX_REQUEST_BYTES, read_message
 from aos_gcs.bridge.mirror import MissionMirror
+from aos_gcs.clock import LoopClock
 from aos_gcs.runtime.api_start import ALIVE_S, ApiStart
 from aos_gcs.runtime.dashboard import serve_flight
+from aos_gcs.runtime.handover import HandoverPrinter
 from aos_gcs.runtime.viewer import Viewer
 from aos_gcs.runtime.workers import VIEWS
 from aos_gcs.workers.lifeline import end_with_parent, step_back
@@ -90,7 +92,8 @@ async def _show(mirror: MissionMirror, start: ApiStart, listener: socket.socket,
         await mirror.greeted()
         settings = mirror.settings
         viewer = Viewer(start.mission_folder, settings.imaging, settings.autofocus.reach_m, views)
-        async with serve_flight(listener, mirror, start.api, start.secrets(), viewer):
+        handovers = HandoverPrinter(start.mission_folder, LoopClock().utc_s)
+        async with serve_flight(listener, mirror, start.api, start.secrets(), viewer=viewer, handovers=handovers):
             alive.begin_to_serve()
             await asyncio.Event().wait()
 

@@ -11,6 +11,7 @@ from aos_gcs.api.basemap_file import check_basemap
 from aos_gcs.api.server import serve, serve_on
 from aos_gcs.bridge.mirror import MissionMirror
 from aos_gcs.config.model import ApiConfig
+from aos_gcs.handover.model import HandoverControl
 from aos_gcs.mission.control import FindingCommands, MissionView, ReplayControl
 from aos_gcs.mission.viewing import ViewControl
 from aos_gcs.runtime.sign_in import OperatorSecrets, announce
@@ -18,7 +19,13 @@ from aos_gcs.runtime.sign_in import OperatorSecrets, announce
 
 @asynccontextmanager
 async def serve_flight(
-    listener: socket.socket, mission: MissionMirror, config: ApiConfig, operators: OperatorSecrets, viewer: ViewControl
+    listener: socket.socket,
+    mission: MissionMirror,
+    config: ApiConfig,
+    operators: OperatorSecrets,
+    *,
+    viewer: ViewControl,
+    handovers: HandoverControl,
 ) -> AsyncIterator[None]:
     """Serve the dashboard of a mission in another process for as long as the context is entered.
 
@@ -28,6 +35,7 @@ async def serve_flight(
         config: files of the dashboard.
         operators: code by which operators sign in, and who has.
         viewer: views of recorded frames.
+        handovers: hand-overs of the record.
     """
     app = create_app(
         mission,
@@ -35,6 +43,7 @@ async def serve_flight(
         operator_file=operators.file,
         commands=mission,
         viewer=viewer,
+        handovers=handovers,
         plans_folder=config.plans_folder,
         basemap_file=config.basemap,
         upstream=mission,
@@ -52,6 +61,7 @@ async def open_dashboard(
     findings: FindingCommands | None = None,
     replay: ReplayControl | None = None,
     viewer: ViewControl | None = None,
+    handovers: HandoverControl | None = None,
 ) -> AsyncIterator[None]:
     """Serve the dashboard of a mission that is only shown, for as long as the context is entered.
 
@@ -62,6 +72,7 @@ async def open_dashboard(
         findings: decisions about the findings of a survey; None for missions.
         replay: control of the replay.
         viewer: views of recorded frames.
+        handovers: hand-overs of the record.
 
     Raises:
         LinkError: its port cannot be opened.
@@ -76,6 +87,7 @@ async def open_dashboard(
         findings=findings,
         replay=replay,
         viewer=viewer,
+        handovers=handovers,
         plans_folder=config.plans_folder,
         basemap_file=config.basemap,
     )

@@ -26,6 +26,7 @@ from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.planning.settings import AutofocusSettings
 from aos_gcs.ports import Clock, Notice
 from aos_gcs.runtime.dashboard import open_dashboard
+from aos_gcs.runtime.handover import HandoverPrinter
 from aos_gcs.runtime.sign_in import operator_secrets
 from aos_gcs.runtime.viewer import Viewer
 from aos_gcs.store.reader import MissionReader
@@ -94,7 +95,8 @@ async def run_survey(survey: SurveyFolder, config: ApiConfig | None, imaging: Im
         else:
             viewer = Viewer(survey.folder, imaging, AutofocusSettings().reach_m)
             secrets = operator_secrets(config)
-            async with open_dashboard(mission, config, secrets, findings=mission, viewer=viewer):
+            handovers = HandoverPrinter(survey.folder, clock.utc_s)
+            async with open_dashboard(mission, config, secrets, findings=mission, viewer=viewer, handovers=handovers):
                 await _examine(examiner)
                 _log.info("%s The dashboard stays available until Ctrl-C.", mission.snapshot().message)
                 await asyncio.Event().wait()

@@ -100,7 +100,13 @@ class Viewer:
 
 
 def open_viewer(reader: MissionReader) -> Viewer:
-    """Return the viewer of a recorded mission, with the settings that it was flown with.
+    """Return the viewer of a recorded mission, with the settings that it was flown with."""
+    source = view_source(reader)
+    return Viewer(source.folder, source.settings, source.focus_reach_m)
+
+
+def view_source(reader: MissionReader) -> ViewSource:
+    """Return the frames of a recorded mission and the settings that it was flown with.
 
     A record of another version, whose settings mean nothing to this one, is seen with the usual settings.
     """
@@ -108,5 +114,5 @@ def open_viewer(reader: MissionReader) -> Viewer:
     try:
         settings = mission_settings(parse_config(configuration if isinstance(configuration, dict) else {}))
     except ConfigurationError:
-        return Viewer(reader.folder, ImagingSettings(), AutofocusSettings().reach_m)
-    return Viewer(reader.folder, settings.imaging, settings.autofocus.reach_m)
+        return ViewSource(reader.folder, ImagingSettings(), AutofocusSettings().reach_m)
+    return ViewSource(reader.folder, settings.imaging, settings.autofocus.reach_m)

@@ -32,5 +32,13 @@ VIEWS: Final = WorkerSettings(
 )
 """Computes what the dashboard asks for beyond the pictures of each step."""
 
+HANDOVER: Final = WorkerSettings(
+    name="The hand-over",
+    memory_bytes=4 * _GIB,
+    timeout_s=120.0,
+    modules=("aos_gcs.runtime.handover",),
+)
+"""Makes a hand-over on paper when somebody asks for one, and ends."""
+
 DECODING: Final = WorkerSettings(name="Image decoding", memory_bytes=2 * _GIB, timeout_s=5.0, modules=("cv2",))
 """Decodes the files of cameras. One that it cannot decode costs one frame."""

@@ -1,7 +1,7 @@
 /** All texts of the page, by namespace; those of larger views have files of their own. A translation has the same shape. */
 import type { Action } from "./api/types";
 import type { ViewName } from "./shell/route";
-import { decide, report } from "./texts/decide";
+import { decide, handover, report } from "./texts/decide";
 import { names } from "./texts/names";
 import { plan } from "./texts/plan";
 import { focus, see } from "./texts/see";
@@ -304,5 +304,6 @@ export const texts = {
   },
   plan,
   decide,
+  handover,
   report,
 } as const;

@@ -34,7 +34,7 @@ EVENTS_KEPT = 1024
 """Events kept for clients that reconnect: minutes of a mission."""
 GREETING_KEPT_S = 0.25
 """Time for which many clients that connect at once share one greeting."""
-NO_CAPABILITIES = CapabilitiesModel(planning=False, viewer=False, findings=False, survey=False)
+NO_CAPABILITIES = CapabilitiesModel(planning=False, viewer=False, findings=False, survey=False, handover=False)
 
 
 def loop_time_s() -> float:

@@ -34,6 +34,7 @@ class CapabilitiesModel(WireModel):
     viewer: bool = Field(description="Recorded steps can be seen again; findings have pictures.")
     findings: bool = Field(description="Findings can be marked and judged.")
     survey: bool = Field(description="A recorded flight is shown: there are no vehicles to watch or to command.")
+    handover: bool = Field(description="The mission can be handed over as a PDF.")
 
 
 class BasemapModel(WireModel):

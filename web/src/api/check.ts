@@ -69,7 +69,13 @@ const step = shape({
   waypoints: listOf(shape({ vehicle_id: isNumber, requested: position, verdict: isString })),
 });
 const notice = shape({ severity: isString, notice_id: isNumber, text: isString, elapsed_s: isNumber, utc_s: isNumber });
-const capabilities = shape({ planning: isBoolean, viewer: isBoolean, findings: isBoolean, survey: isBoolean });
+const capabilities = shape({
+  planning: isBoolean,
+  viewer: isBoolean,
+  findings: isBoolean,
+  survey: isBoolean,
+  handover: isBoolean,
+});
 /** Fields of messages that describe the state, or say that it is unchanged. */
 const AGE = { mission_age_s: isNumber, seen: isString };
 const picture = shape({ kind: isString, step: isNumber, url: isString, corners: listOf(vertex) });

@@ -146,6 +146,46 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/handover.pdf": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Handover
+     * @description Return the hand-over: summary, map, findings with pictures, assignment, flights and log.
+     */
+    get: operations["read_handover_api_handover_pdf_get"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/handover/flights.csv": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Flights
+     * @description Return the flight log of all vehicles.
+     */
+    get: operations["read_flights_api_handover_flights_csv_get"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
   "/api/mission": {
     parameters: {
       query?: never;
@@ -676,6 +716,11 @@ export interface components {
        * @description Findings can be marked and judged.
        */
       findings: boolean;
+      /**
+       * Handover
+       * @description The mission can be handed over as a PDF.
+       */
+      handover: boolean;
       /**
        * Planning
        * @description The plan can be read and changed.
@@ -1230,6 +1275,12 @@ export interface components {
       vehicles: components["schemas"]["VehicleModel"][];
     };
     /**
+     * Notation
+     * @description Notation of a place; the dashboard has the same ones.
+     * @enum {string}
+     */
+    Notation: "decimal" | "dms" | "utm" | "mgrs";
+    /**
      * NoticeMessage
      * @description Something happened.
      */
@@ -1309,6 +1360,12 @@ export interface components {
       /** Vehicle Id */
       vehicle_id: number;
     };
+    /**
+     * Paper
+     * @description Size of the paper.
+     * @enum {string}
+     */
+    Paper: "a4" | "letter";
     /**
      * Phase
      * @description Phase of a mission. ARCHITECTURE.md draws the transitions.
@@ -2540,6 +2597,105 @@ export interface operations {
       };
       /** @description Unprocessable Entity */
       422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+    };
+  };
+  read_handover_api_handover_pdf_get: {
+    parameters: {
+      query?: {
+        notation?: components["schemas"]["Notation"];
+        paper?: components["schemas"]["Paper"];
+        /** @description As in the tz database: Europe/Vienna. */
+        time_zone?: string;
+      };
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description The mission so far. */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/pdf": unknown;
+        };
+      };
+      /** @description Not Found */
+      404: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Unprocessable Entity */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Service Unavailable */
+      503: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+    };
+  };
+  read_flights_api_handover_flights_csv_get: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description One line per flight. */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "text/csv": unknown;
+        };
+      };
+      /** @description Not Found */
+      404: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Unprocessable Entity */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Service Unavailable */
+      503: {
         headers: {
           [name: string]: unknown;
         };

@@ -63,6 +63,12 @@ export const decide = {
   file: { geojson: "GeoJSON", kml: "KML", gpx: "GPX" },
 } as const;
 
+export const handover = {
+  pdf: "Hand-over (PDF)",
+  making: "Making the PDF…",
+  flights: "Flight log (CSV)",
+} as const;
+
 export const report = {
   open: "Report",
   title: "Report of findings",

@@ -15,6 +15,7 @@ import "./decide.css";
 import { FindingDetail } from "./detail";
 import { type Filter, FILTERS, listed } from "./findings";
 import { findingsLayer, markLayer } from "./findings_layer";
+import { HandoverButtons } from "./handover";
 import { FindingList } from "./list";
 import { MarkForm } from "./mark_form";
 import { Report } from "./report";
@@ -105,6 +106,7 @@ export function DecideView() {
               </a>
             ))}
           </div>
+          <HandoverButtons />
         </Panel>
       </div>
       {chosen && (

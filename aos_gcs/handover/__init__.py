@@ -1,0 +1,1 @@
+"""Hand-over of a mission on paper: what was searched, found, decided and flown."""

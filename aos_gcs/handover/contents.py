@@ -1,0 +1,141 @@
+"""Content of a hand-over, read from a mission folder."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import groupby
+from typing import Final
+
+from aos_gcs.errors import InputDataError
+from aos_gcs.geometry.geodesy import EnuPoint
+from aos_gcs.handover.flights import FlightLog
+from aos_gcs.handover.model import Handover, LogEntry, Raster, ReportedFinding
+from aos_gcs.mission.model.actions import ActionRecord
+from aos_gcs.mission.model.events import EventKind, NoticeRecord, PicturesRecord
+from aos_gcs.mission.model.findings import Finding, FindingStatus
+from aos_gcs.mission.model.snapshot import MissionSnapshot
+from aos_gcs.mission.model.steps import PictureKind
+from aos_gcs.store.reader import MissionReader
+
+_RANKS: Final = {FindingStatus.CONFIRMED: 0, FindingStatus.NEW: 1, FindingStatus.REJECTED: 2}
+
+
+def read_handover(reader: MissionReader) -> Handover:
+    """Return what is handed over of a mission: finished, interrupted, or still in flight.
+
+    Raises:
+        InputDataError: a part of the record is damaged, or it holds no state of the mission.
+    """
+    flights, decisions = FlightLog(), _Decisions()
+    first_utc_s: float | None = None
+    last: tuple[float, MissionSnapshot] | None = None
+    for event in reader.events(EventKind.SNAPSHOT):
+        if isinstance(event.data, MissionSnapshot):
+            first_utc_s = event.utc_s if first_utc_s is None else first_utc_s
+            last = event.utc_s, event.data
+            flights.add(*last)
+            decisions.add(*last)
+    if last is None or first_utc_s is None:
+        raise InputDataError(f"{reader.folder} holds no state of the mission to hand over: it ended before it began")
+    last_utc_s, final = last
+    closed = flights.finish()
+    manifest, outcome, actions = reader.manifest(), reader.outcome(), reader.actions()
+    sortie = manifest.get("sortie")
+    return Handover(
+        operation=str(manifest.get("operation") or final.mission_id),
+        sortie=sortie if isinstance(sortie, int) else 1,
+        version=str(manifest.get("aos_gcs", "")),
+        start_utc_s=first_utc_s,
+        end_utc_s=last_utc_s,
+        outcome=None if outcome is None else outcome.outcome,
+        final=final,
+        findings=_reported(final, last_utc_s - final.elapsed_s, decisions),
+        merged=tuple(finding for finding in final.findings if finding.merged_into is not None),
+        flights=tuple(flight for flight, _ in closed),
+        tracks_enu_m=_tracks([(flight.vehicle_id, way) for flight, way in closed]),
+        frames=_frame_counts(reader),
+        operators=_operators(actions, final),
+        log=_log(reader, actions),
+        coverage=_coverage(reader),
+    )
+
+
+class _Decisions:
+    """Times at which operators have decided on findings."""
+
+    def __init__(self) -> None:
+        self._since: dict[int, tuple[tuple[FindingStatus, str], float]] = {}
+
+    def add(self, utc_s: float, snapshot: MissionSnapshot) -> None:
+        """Take in a state of the mission."""
+        for finding in snapshot.findings:
+            decision = finding.status, finding.operator
+            if self._since.get(finding.finding_id, (None, 0.0))[0] != decision:
+                self._since[finding.finding_id] = decision, utc_s
+
+    def decided_utc_s(self, finding: Finding) -> float | None:
+        """Return since when a finding is judged as it is; None while nobody has judged, marked or described it."""
+        return self._since[finding.finding_id][1] if finding.operator else None
+
+
+def _reported(final: MissionSnapshot, start_utc_s: float, decisions: _Decisions) -> tuple[ReportedFinding, ...]:
+    counting = [finding for finding in final.findings if finding.merged_into is None]
+    ordered = sorted(counting, key=lambda one: (_RANKS[one.status], not one.is_claimed, one.finding_id))
+    return tuple(
+        ReportedFinding(
+            finding,
+            found_utc_s=None if finding.found_in else start_utc_s + finding.found_at_s,
+            seen_utc_s=None if finding.found_in else start_utc_s + finding.seen_at_s,
+            decided_utc_s=decisions.decided_utc_s(finding),
+        )
+        for finding in ordered
+    )
+
+
+def _tracks(ways: list[tuple[int, tuple[EnuPoint, ...]]]) -> dict[int, tuple[tuple[EnuPoint, ...], ...]]:
+    return {vehicle_id: tuple(way for _, way in group) for vehicle_id, group in groupby(ways, key=lambda one: one[0])}
+
+
+def _frame_counts(reader: MissionReader) -> dict[int, int]:
+    counts: dict[int, int] = {}
+    for entry in reader.frames():
+        counts[entry.vehicle_id] = counts.get(entry.vehicle_id, 0) + 1
+    return counts
+
+
+def _operators(actions: tuple[ActionRecord, ...], final: MissionSnapshot) -> tuple[str, ...]:
+    names = [*(action.operator for action in actions), *(finding.operator for finding in final.findings)]
+    return tuple(dict.fromkeys(name for name in names if name))
+
+
+def _log(reader: MissionReader, actions: tuple[ActionRecord, ...]) -> tuple[LogEntry, ...]:
+    """Return the notices, which tell what operators have done, and the actions that were refused."""
+    entries = [*_notices(reader), *(_refused(action) for action in actions if action.refusal is not None)]
+    return tuple(sorted(entries, key=lambda entry: entry.utc_s))
+
+
+def _notices(reader: MissionReader) -> Iterator[LogEntry]:
+    for event in reader.events(EventKind.NOTICE):
+        if isinstance(event.data, NoticeRecord):
+            source = "" if event.data.vehicle_id is None else f"Vehicle {event.data.vehicle_id}"
+            yield LogEntry(event.data.utc_s or event.utc_s, event.data.severity.value, source, event.data.text)
+
+
+def _refused(action: ActionRecord) -> LogEntry:
+    whom = "" if action.vehicle_ids is None else f" (vehicles {', '.join(map(str, action.vehicle_ids))})"
+    text = f"{action.operator or 'operator'}: {action.action.value}{whom} refused: {action.refusal}"
+    return LogEntry(action.utc_s, "warning", "", text)
+
+
+def _coverage(reader: MissionReader) -> Raster | None:
+    """Return the latest map of the searched ground; None where it was not recorded."""
+    announced: PicturesRecord | None = None
+    for event in reader.events(EventKind.PICTURES):
+        if isinstance(event.data, PicturesRecord) and PictureKind.COVERAGE in event.data.kinds:
+            announced = event.data
+    if announced is None:
+        return None
+    png = reader.picture(announced.step, PictureKind.COVERAGE)
+    if png is None:
+        return None
+    return Raster(png, announced.west_m, announced.south_m, announced.east_m, announced.north_m)
