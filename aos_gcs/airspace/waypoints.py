@@ -33,6 +33,8 @@ class WaypointRecord:
     """Whether the vehicle is held for its own state, such as an old link or a low battery: nothing bars its path."""
     heading_rad: float | None = None
     """Heading that it is to turn to, clockwise from north; None: its autopilot's own rule."""
+    speed_mps: float | None = None
+    """Speed at which it flies there; None: the cruise speed."""
 
     @property
     def is_barred(self) -> bool:

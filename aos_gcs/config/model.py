@@ -1,8 +1,8 @@
 """Sections and fields of the configuration file.
 
-The sections ``flight``, ``deadlines``, ``detection``, ``uncertainty``, ``tracking``, ``imaging``, ``autofocus``,
-``registration``, ``forest``, ``terrain`` and ``safety`` have the fields and defaults of the core's settings
-dataclasses; docs/configuration.md lists them all.
+The sections ``flight``, ``search``, ``deadlines``, ``detection``, ``uncertainty``, ``tracking``, ``imaging``,
+``autofocus``, ``registration``, ``forest``, ``terrain`` and ``safety`` have the fields and defaults of the core's
+settings dataclasses; docs/configuration.md lists them all.
 """
 
 from __future__ import annotations
@@ -127,6 +127,7 @@ class ServiceConfig(BaseModel):
     swarm: SwarmConfig = SwarmConfig()
     preflight: PreflightConfig = PreflightConfig()
     flight: dict[str, Any] = {}
+    search: dict[str, Any] = {}
     deadlines: dict[str, Any] = {}
     detection: dict[str, Any] = {}
     uncertainty: dict[str, Any] = {}

@@ -33,6 +33,7 @@ from aos_gcs.planning.settings import (
     MissionSettings,
     PreflightSettings,
     RegistrationSettings,
+    SearchSettings,
     TerrainSettings,
 )
 from aos_gcs.planning.terrain import open_model
@@ -78,6 +79,7 @@ def mission_settings(config: ServiceConfig) -> MissionSettings:
         strategy_parameters=config.swarm.parameters,
         seed=mission.seed,
         flight=flight,
+        search=_build(SearchSettings, "search", config.search),
         deadlines=_build(Deadlines, "deadlines", config.deadlines),
         preflight=_preflight(config.preflight),
         detection=_build(DetectionSettings, "detection", config.detection),

@@ -114,7 +114,8 @@ def geolocate(
         views: one per frame that marks the blob, at least one. Frames of one vehicle share its biases.
         plane_height_m: ENU height of the focal plane that the views' points lie on; the ground, but for an error.
         uncertainty: see :class:`Uncertainty`.
-        speed_mps: how fast cameras may have moved at exposure, in any horizontal direction.
+        speed_mps: how fast cameras may have moved at exposure, in any horizontal direction, where views do not tell
+            more.
         ground: see :func:`locate_together`.
 
     Raises:
@@ -139,7 +140,8 @@ def locate_together(
         targets: per target the views of it, at least one; otherwise as in :func:`geolocate`.
         plane_height_m: ENU height of the focal plane.
         uncertainty: see :class:`Uncertainty`. Heights are taken as independent from target to target.
-        speed_mps: how fast cameras may have moved at exposure, in any horizontal direction.
+        speed_mps: how fast cameras may have moved at exposure, in any horizontal direction, where views do not tell
+            more.
         ground: the ground in view, where it is known: targets stand on it, whatever the height of the focal plane.
 
     Raises:
@@ -277,7 +279,8 @@ def _noise_m2(
         own = slice(2 * i, 2 * i + 2)
         per_pixel_m = pixel_jacobian(ray_m, view.camera, view.pose) * uncertainty.pixel_px
         clock_s = uncertainty.clock_s if view.time_sigma_s is None else view.time_sigma_s
-        own_m2 = uncertainty.target_extent_m**2 + (speed_mps * clock_s) ** 2
+        moved_m = max(speed_mps, view.speed_mps) * clock_s
+        own_m2 = uncertainty.target_extent_m**2 + moved_m**2
         white_m2[own, own] += per_pixel_m @ per_pixel_m.T + own_m2 * np.eye(2)
     vehicle_ids = np.array([view.vehicle_id for view in views])
     same_vehicle = vehicle_ids[:, np.newaxis] == vehicle_ids

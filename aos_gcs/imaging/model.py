@@ -43,6 +43,10 @@ class Viewpoint(Protocol):
     def time_sigma_s(self) -> float | None:
         """Standard deviation of the time of the pose; None where it is not known."""
 
+    @property
+    def speed_mps(self) -> float:
+        """Speed of its camera at exposure; 0 where that hovers."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Frame:
@@ -57,6 +61,8 @@ class Frame:
     camera: CameraModel
     time_sigma_s: float | None = None
     """Standard deviation of the time of the pose; None where it is not known."""
+    speed_mps: float = 0.0
+    """Speed of the camera at exposure; 0 where it hovers."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,6 +167,8 @@ class BlobView:
     pose: Pose
     time_sigma_s: float | None = None
     """Standard deviation of the frame's time of exposure; None where it is not known."""
+    speed_mps: float = 0.0
+    """Speed of the camera at exposure; 0 where it hovers."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -159,12 +159,14 @@ class Coordinator:
         """Make no further step. A hold ends the present handler at once, a pause lets the step in hand finish."""
         self.suspension = suspension
         self._resumed.clear()
+        self.sortie.search.sweeping.is_paused = True
         if suspension is Suspension.HELD:
             self._interrupt()
 
     def resume(self) -> None:
         """Go on where the mission was suspended."""
         self.suspension = Suspension.NONE
+        self.sortie.search.sweeping.is_paused = False
         self._resumed.set()
 
     def abort(self) -> None:

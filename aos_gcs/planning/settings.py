@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
+from enum import StrEnum
 from types import MappingProxyType
 from typing import Final
 
@@ -37,7 +38,7 @@ class _Positive:
 MAX_HEIGHT_M: Final = 1000.0
 """Greatest height of a layer, a floor or a ceiling above the origin."""
 GREATEST_FLIGHT_SETTINGS: Final[Mapping[str, float]] = MappingProxyType(
-    {"lowest_layer_m": MAX_HEIGHT_M, "layer_spacing_m": 100.0, "cruise_speed_mps": 50.0}
+    {"lowest_layer_m": MAX_HEIGHT_M, "layer_spacing_m": 100.0, "cruise_speed_mps": 50.0, "search_speed_mps": 50.0}
 )
 """Greatest values of settings of a flight: more is a slip of the pen."""
 
@@ -51,6 +52,8 @@ class FlightSettings(_Positive):
     layer_spacing_m: float = 2.0
     """Vertical distance of two vehicles' layers. The papers simulate 1 m; vehicles without RTK need 3 m and more."""
     cruise_speed_mps: float = 10.0
+    search_speed_mps: float = 5.0
+    """Speed along the legs of a continuous search, at most the cruise speed."""
     arrival_radius_m: float = 0.5
     """Distance to the waypoint at which a vehicle has arrived, if it is slow enough."""
     arrival_speed_mps: float = 0.5
@@ -64,6 +67,27 @@ class FlightSettings(_Positive):
         for name, greatest in GREATEST_FLIGHT_SETTINGS.items():
             if getattr(self, name) > greatest:
                 raise ConfigurationError(f"{name} must be at most {greatest:g}, but is {getattr(self, name):g}.")
+
+    @property
+    def leg_speed_mps(self) -> float:
+        """Speed at which legs are flown without stops."""
+        return min(self.search_speed_mps, self.cruise_speed_mps)
+
+
+class SearchMode(StrEnum):
+    """How the swarm flies along its legs while nothing is in view."""
+
+    CONTINUOUS = "continuous"
+    """It flies on at the search speed and takes frames on the way."""
+    STOPS = "stops"
+    """It stops for each frame, as it always does where something is in view."""
+
+
+@dataclass(frozen=True, slots=True)
+class SearchSettings:
+    """How the area is searched."""
+
+    mode: SearchMode = SearchMode.STOPS
 
 
 @dataclass(frozen=True, slots=True)
@@ -233,6 +257,7 @@ class MissionSettings:
     strategy_parameters: Mapping[str, object] = field(default_factory=dict)
     seed: int = 0
     flight: FlightSettings = field(default_factory=FlightSettings)
+    search: SearchSettings = field(default_factory=SearchSettings)
     deadlines: Deadlines = field(default_factory=Deadlines)
     preflight: PreflightSettings = field(default_factory=PreflightSettings)
     detection: DetectionSettings = field(default_factory=DetectionSettings)

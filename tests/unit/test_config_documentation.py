@@ -29,6 +29,7 @@ from aos_gcs.planning.settings import (
     FlightSettings,
     ForestSettings,
     RegistrationSettings,
+    SearchSettings,
 )
 from aos_gcs.tracking.motion import MotionSettings
 from aos_gcs.tracking.tracker import TrackingSettings
@@ -40,6 +41,7 @@ SECTIONS = {
     "swarm": SwarmConfig,
     "preflight": PreflightConfig,
     "flight": FlightSettings,
+    "search": SearchSettings,
     "detection": DetectionSettings,
     "uncertainty": Uncertainty,
     "tracking": TrackingSettings,

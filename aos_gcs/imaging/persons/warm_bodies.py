@@ -53,6 +53,10 @@ class WarmView:
     pose: Pose
     radiometric: bool = True
     """False: contrasts are in standard deviations of each pixel's surroundings."""
+    time_sigma_s: float | None = None
+    """Standard deviation of the frame's time of exposure; None where it is not known."""
+    speed_mps: float = 0.0
+    """Speed of the camera at exposure; 0 where it hovers."""
 
     @property
     def area_m2(self) -> float:
@@ -84,7 +88,10 @@ class WarmView:
     def as_blob_view(self) -> BlobView:
         """Return what geolocation needs of it."""
         centre_enu_m = self.points_enu_m.mean(axis=0)
-        return BlobView(self.vehicle_id, centre_enu_m, self.area_m2, self.camera.ideal(), self.pose)
+        camera = self.camera.ideal()
+        return BlobView(
+            self.vehicle_id, centre_enu_m, self.area_m2, camera, self.pose, self.time_sigma_s, self.speed_mps
+        )
 
 
 def warm_view(frame: Frame, plane_height_m: float = 0.0, min_contrast_k: float = MIN_CONTRAST_K) -> WarmView:
@@ -134,6 +141,8 @@ def view_above(
         camera=frame.camera,
         pose=frame.pose,
         radiometric=radiometric,
+        time_sigma_s=frame.time_sigma_s,
+        speed_mps=frame.speed_mps,
     )
     return view.part(~np.isnan(points_enu_m[:, 0]))
 

@@ -45,6 +45,7 @@ class ExaminedFrame:
     """Reason why the detector cannot be applied to the image; empty where it can."""
     gaps: NDArray[np.uint8] | None
     """Pixels with a band that is not finite, one bit for each, row by row; None where there is none."""
+    speed_mps: float = 0.0
 
     def mask(self) -> NDArray[np.uint8]:
         """Return what the detector marks, shape (H, W), 1 where the image is anomalous.
@@ -95,6 +96,7 @@ def examine(frame: Frame, settings: ImagingSettings) -> ExaminedFrame:
         marked=marked,
         undetectable=undetectable,
         gaps=_gaps(image) if fits and not fault else None,
+        speed_mps=frame.speed_mps,
     )
 
 

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Final
 
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.imaging.focal_plane import DEFAULT_MAX_CELLS
 from aos_gcs.imaging.model import AnomalySource, Detector, LeaderCriterion, SurfaceKind
+
+MAX_RATE_HZ: Final = 10.0
+"""Greatest number of frames per second of one camera."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +46,8 @@ class ImagingSettings:
     frames of one band, which are restless, otherwise 1."""
     history_frames: int = 10
     """Largest number of views from earlier steps in the integral of anomalies; 0: none."""
+    rate_hz: float = 2.0
+    """Frames per second of each camera while its vehicle flies along a leg; slower cameras slow the search down."""
 
     def __post_init__(self) -> None:
         if not math.isfinite(self.plane_height_m):
@@ -60,6 +66,8 @@ class ImagingSettings:
             raise ConfigurationError(f"resolution_m must be positive, got {self.resolution_m}.")
         if self.max_cells < 100:
             raise ConfigurationError(f"max_cells must be at least 100, got {self.max_cells}.")
+        if not 0.0 < self.rate_hz <= MAX_RATE_HZ:
+            raise ConfigurationError(f"rate_hz must be above 0 and at most {MAX_RATE_HZ:g}, got {self.rate_hz}.")
         if self.history_frames < 0:
             raise ConfigurationError(f"history_frames must not be negative, got {self.history_frames}.")
 

@@ -51,4 +51,4 @@ def _view(cells: BlobCells, own: NDArray[np.intp], grid: FocalGrid, frame: Viewp
     north_m = grid.north_m - (cells.rows[own].mean() + 0.5) * grid.resolution_m
     area_m2 = own.size * grid.resolution_m**2
     point_enu_m, camera = np.array([east_m, north_m]), frame.camera.ideal()
-    return BlobView(frame.vehicle_id, point_enu_m, area_m2, camera, frame.pose, frame.time_sigma_s)
+    return BlobView(frame.vehicle_id, point_enu_m, area_m2, camera, frame.pose, frame.time_sigma_s, frame.speed_mps)

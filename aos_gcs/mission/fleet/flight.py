@@ -304,6 +304,7 @@ class FlightControl:
         Nothing is sent to a vehicle that has got a task outside of ``tasks`` since it was vetted, or was taken over.
         """
         targets: dict[int, NDArray[np.float64]] = {}
+        speeds_mps = {record.vehicle_id: record.speed_mps or self._settings.cruise_speed_mps for record in records}
         for record, member in zip(records, self._roster.select(record.vehicle_id for record in records), strict=True):
             member.refusal = None if record.verdict is WaypointVerdict.SENT else record.reason
             if record.sent_enu_m is not None and _is_ours(member, tasks):
@@ -312,9 +313,17 @@ class FlightControl:
 
         def goto(member: Member) -> Goto:
             place = self._roster.geodetic(member, targets[member.vehicle_id])
-            return Goto(place, self._settings.cruise_speed_mps, member.turn.heading_rad)
+            return Goto(place, speeds_mps[member.vehicle_id], member.turn.heading_rad)
 
         return await self.command_each(self._roster.select(targets), goto, on_handed_over=on_handed_over)
+
+    def is_followed(self, record: WaypointRecord) -> bool:
+        """Return whether a vehicle flies to a waypoint already, at its speed."""
+        (member,) = self._roster.select([record.vehicle_id])
+        command, speed_mps = member.last_command, record.speed_mps or self._settings.cruise_speed_mps
+        if record.sent_enu_m is None or member.waypoint_enu_m is None or not isinstance(command, Goto):
+            return False
+        return command.speed_mps == speed_mps and bool(np.allclose(member.waypoint_enu_m, record.sent_enu_m, atol=0.05))
 
     def has_arrived(self, member: Member) -> bool:
         """Return whether the vehicle hovers at its waypoint, and heads where it was told to."""

@@ -44,6 +44,7 @@ class SwarmPlace:
 
     vehicle_id: int
     position_enu_m: EnuPoint
+    """Where it is; where its frame was exposed in flight, the place of that."""
     layer_height_m: float | None
 
 
@@ -89,6 +90,10 @@ class DecisionRecord:
     """Findings as operators have changed them since the step before, in order."""
     edits: tuple[Finding, ...] = ()
     """Those changed while the frames were analysed."""
+    may_sweep: bool = False
+    """Whether the swarm may fly along the leg without stops."""
+    speeds_mps: Mapping[int, float] = field(default_factory=dict)
+    """Speed of each vehicle at exposure, by id; empty where all hovered."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -27,6 +27,7 @@ from aos_gcs.mission.search.observing import make_observation
 from aos_gcs.mission.search.persons import Judgement
 from aos_gcs.mission.search.progress import Advance, ScanProgress
 from aos_gcs.mission.search.stalls import place_ahead_m
+from aos_gcs.mission.search.sweep import Sweep
 from aos_gcs.mission.search.targeting import TargetTracker
 from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.settings import MissionSettings
@@ -44,6 +45,8 @@ class Decision:
     diagnostics: Diagnostics
     waypoints: tuple[WaypointRecord, ...]
     """Vetted, not sent yet."""
+    is_sweep: bool = False
+    """Whether the swarm flies on along the leg, so that nobody waits for its arrival."""
 
 
 class Decider:
@@ -83,6 +86,7 @@ class Decider:
         self.tracker = TargetTracker(settings)
         self._claims = Claims(settings.detection, journal, self.tracker, findings)
         self.progress = ScanProgress(settings.flight.arrival_radius_m)
+        self._sweep = Sweep(settings.flight, settings.imaging.rate_hz, self.spacing_m, journal)
 
     @property
     def found_at_s(self) -> float | None:
@@ -112,6 +116,7 @@ class Decider:
         """Start the strategy afresh from a line formed on a leg."""
         self._state = self._strategy.init(np.array(leg.direction_enu))
         self.progress.form_line()
+        self._sweep.end()
 
     def decide(
         self,
@@ -122,6 +127,7 @@ class Decider:
         ground: GroundRaster | None = None,
         *,
         surface: ReferenceSurface = LEVEL,
+        may_sweep: bool = False,
     ) -> Decision:
         """Decide what follows from a step's analysis.
 
@@ -132,19 +138,31 @@ class Decider:
             analysis: analysis of the step's frames.
             ground: ground that the limits of the situation's traffic refer to.
             surface: surface that the altitude layers are offset from.
+            may_sweep: whether the swarm may fly along the leg without stops while nothing is in view.
         """
         terrain = ground_in_view(self._settings, ground, analysis.grid)
         in_view = self.tracker.observe(analysis, situation.now_s, terrain)
         self._claims.follow()
         if self.tracker.target_walks:
             self._forget()
-        following = self._next_phase(phase, situation, detours, in_view=in_view)
+        if in_view or phase is not Phase.SCAN:
+            self._sweep.end()
+        following = self._next_phase(phase, situation, detours, analysis.vehicle_ids, in_view=in_view)
+
+        def vet(places_enu_m: NDArray[np.float64]) -> tuple[WaypointRecord, ...]:
+            planned_enu_m = in_layers(situation.swarm, places_enu_m, surface)
+            return vet_plan(planned_enu_m, situation.traffic, detours, ground, surface)
+
+        if following is Phase.SCAN and may_sweep and self.tracker.estimate() is None:
+            progress = self.progress
+            if swept := self._sweep.fly_on(progress.present_leg, progress.along_m, situation, vet):
+                progress.note_waypoints(())
+                return Decision(following, Diagnostics("sweep", leader_id=analysis.leader_id), swept, is_sweep=True)
+        self._sweep.end()
         if following not in {Phase.SCAN, Phase.CONVERGE}:
             return Decision(following, Diagnostics(branch="hold", leader_id=analysis.leader_id), ())
         diagnostics, next_enu_m = self._choose_places(situation, analysis, in_view=in_view)
-        waypoints = vet_plan(
-            in_layers(situation.swarm, next_enu_m, surface), situation.traffic, detours, ground, surface
-        )
+        waypoints = vet(next_enu_m)
         self.progress.note_waypoints(waypoints)
         if self._settings.flight.reverse_heading and self.tracker.sees_targets:
             self._heading_rad = math.pi - self._heading_rad
@@ -188,7 +206,9 @@ class Decider:
         next_enu_m, self._state = self._strategy.ask(self._state, self._rng)
         return self._strategy.diagnostics(self._state), next_enu_m
 
-    def _next_phase(self, phase: Phase, situation: Situation, detours: Detours, *, in_view: bool) -> Phase:
+    def _next_phase(
+        self, phase: Phase, situation: Situation, detours: Detours, framed_ids: Sequence[int], *, in_view: bool
+    ) -> Phase:
         if phase is Phase.FOUND:
             return self._watch()
         if situation.now_s > self._settings.deadlines.search_s:
@@ -199,7 +219,7 @@ class Decider:
         if phase is Phase.CONVERGE:
             self._journal.notice(Severity.INFO, "The target is out of view: searching where it was last seen")
             return Phase.SCAN
-        return self._continue_scan(situation, detours)
+        return self._continue_scan(situation, detours, framed_ids)
 
     def _watch(self) -> Phase:
         """Watch a person that was announced for some steps; then go on, or stay or return where the search ends."""
@@ -221,7 +241,7 @@ class Decider:
         self._forget()
         return Phase.LINE
 
-    def _continue_scan(self, situation: Situation, detours: Detours) -> Phase:
+    def _continue_scan(self, situation: Situation, detours: Detours, framed_ids: Sequence[int]) -> Phase:
         """Follow the leg; return to it after a target was lost; after its end take the next one, or fly home."""
         if self.tracker.estimate() is not None:
             is_recent = self.tracker.steps_out_of_view < self._settings.detection.reacquire_steps
@@ -231,11 +251,26 @@ class Decider:
             self.tracker.give_up()
             self._forget()
             return Phase.LINE
-        middle_m = situation.positions_enu_m[:, :2].mean(axis=0)
-        advance = self.progress.advance(middle_m)
+        progress = self.progress
+        if self._sweep.is_under_way:
+            along_m = self._sweep.exposed_at_m(progress.present_leg, situation, framed_ids)
+            advance = progress.advance_in_flight(along_m, self._sweep.longest_gap_m)
+            if advance is Advance.GAP:
+                return self._close_gap(along_m)
+        else:
+            advance = progress.advance(situation.positions_enu_m[:, :2].mean(axis=0))
         if advance is Advance.END_OF_LEG:
             return self._begin_next_leg()
         return self._leave_out(situation, detours) if advance is Advance.STUCK else Phase.SCAN
+
+    def _close_gap(self, along_m: float) -> Phase:
+        """Form the line again where the frames end, and report it."""
+        progress = self.progress
+        self._journal.notice(
+            Severity.WARNING,
+            f"No frames from {progress.along_m:.0f} to {along_m:.0f} m of leg {progress.leg + 1}: the line flies back",
+        )
+        return Phase.LINE
 
     def _leave_out(self, situation: Situation, detours: Detours) -> Phase:
         """Leave out the stretch of the leg in front of which the scan is stuck, and report it."""

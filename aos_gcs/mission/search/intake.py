@@ -37,9 +37,9 @@ class FrameIntake:
         self.frames: dict[int, Frame] = {}
         """Frames by vehicle, with the poses that the vehicles have reported."""
 
-    def add(self, capture: Capture) -> None:
-        """Take in a frame."""
-        frame = to_frame(capture, self._context.roster.local_frame())
+    def add(self, capture: Capture, speed_mps: float = 0.0) -> None:
+        """Take in a frame, exposed at some speed."""
+        frame = to_frame(capture, self._context.roster.local_frame(), speed_mps)
         self.frames[capture.vehicle_id] = frame
         self._to_record.put_nowait(capture)
         self._to_examine.put_nowait(frame)

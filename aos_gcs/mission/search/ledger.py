@@ -59,6 +59,8 @@ class DecisionLog:
         *,
         poses: Mapping[int, Pose],
         edits: tuple[Finding, ...],
+        may_sweep: bool,
+        speeds_mps: Mapping[int, float],
     ) -> DecisionRecord:
         """Return the record of a step's decision, once it is made."""
         record = DecisionRecord(
@@ -75,6 +77,8 @@ class DecisionLog:
             poses=poses,
             edits_before_analysis=tuple(self._edits_before_analysis),
             edits=edits,
+            may_sweep=may_sweep,
+            speeds_mps=speeds_mps,
         )
         self._decisions += 1
         self._line, self._edits_before_analysis = None, []

@@ -20,6 +20,8 @@ class Advance(Enum):
     END_OF_LEG = auto()
     STUCK = auto()
     """The scan gains no ground, because waypoints are shortened or held."""
+    GAP = auto()
+    """Ground ahead of the place reached was flown over without frames."""
 
 
 class ScanProgress:
@@ -30,6 +32,7 @@ class ScanProgress:
     """
 
     def __init__(self, least_gain_m: float) -> None:
+        self._least_gain_m = least_gain_m
         self._stalls = StallWatch(least_gain_m)
         self._along_m = 0.0
         self.legs: tuple[ScanLeg, ...] = ()
@@ -82,6 +85,20 @@ class ScanProgress:
             return Advance.END_OF_LEG
         is_stuck = self._stalls.is_stuck(along_m, barred=bool(self.barred))
         return Advance.STUCK if is_stuck else Advance.ON_LEG
+
+    def advance_in_flight(self, along_m: float, longest_gap_m: float) -> Advance:
+        """Note where frames were exposed along the present leg by a swarm that flies on.
+
+        Args:
+            along_m: place along the leg.
+            longest_gap_m: greatest distance between places of exposures that leaves no ground out.
+        """
+        if along_m - self._along_m > longest_gap_m:
+            return Advance.GAP
+        self._along_m = max(self._along_m, along_m)
+        # They hover at its very end: what their positions err by must not keep them there.
+        is_over = self._along_m >= self.present_leg.length_m - self._least_gain_m
+        return Advance.END_OF_LEG if is_over else Advance.ON_LEG
 
     def leave_out(self, length_m: float) -> None:
         """Leave out the next stretch of the present leg."""

@@ -104,7 +104,15 @@ class Retrace:
         self._journal.now_s = situation.now_s
         self._survey(situation.traffic.limits)
         detours, surface = situation.traffic.detours(), self._surface
-        decision = decider.decide(record.phase, situation, detours, analysis, self._ground, surface=surface)
+        decision = decider.decide(
+            record.phase,
+            situation,
+            detours,
+            analysis,
+            self._ground,
+            surface=surface,
+            may_sweep=record.may_sweep,
+        )
         self._following = decision.following
         self.decided += 1
         return Retraced(
@@ -167,7 +175,7 @@ class Retrace:
         self._decider.begin_line(line.formed)
 
     def _placed(self, capture: Capture, record: DecisionRecord) -> Frame:
-        frame = to_frame(capture, self._frame)
+        frame = to_frame(capture, self._frame, record.speeds_mps.get(capture.vehicle_id, 0.0))
         return replace(frame, pose=record.poses.get(capture.vehicle_id, frame.pose))
 
     def _forget(self) -> None:

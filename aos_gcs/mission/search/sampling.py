@@ -1,10 +1,13 @@
-"""One step's frames: all vehicles expose at the same time, and the step goes on without those that deliver none."""
+"""One step's frames: all vehicles expose at the same time, and the step goes on without those that deliver none.
+
+Frames that vehicles expose in flight are those of :mod:`aos_gcs.mission.search.exposing`.
+"""
 
 from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -30,6 +33,8 @@ class Sample:
     captures: tuple[Capture, ...]
     missing: dict[int, str]
     """Reason by vehicle id."""
+    speeds_mps: Mapping[int, float] = field(default_factory=dict)
+    """Speed at exposure by vehicle id; empty where all hovered."""
 
 
 async def sample(
@@ -64,8 +69,8 @@ async def sample(
     )
 
 
-def to_frame(capture: Capture, frame: LocalFrame) -> Frame:
-    """Place a capture in the mission's ENU frame.
+def to_frame(capture: Capture, frame: LocalFrame, speed_mps: float = 0.0) -> Frame:
+    """Place a capture in the mission's ENU frame, with the speed of its vehicle at exposure.
 
     The axes at the camera and at the origin differ by the angle between their verticals, 0.01 degrees per kilometre.
     """
@@ -76,7 +81,14 @@ def to_frame(capture: Capture, frame: LocalFrame) -> Frame:
         pose=Pose(frame.to_enu(capture.position), capture.R_cam2enu),
         camera=capture.camera,
         time_sigma_s=capture.time_sigma_s,
+        speed_mps=speed_mps,
     )
+
+
+def without(taken: Sample, reasons: Mapping[int, str]) -> Sample:
+    """Return the sample without the frames of some vehicles, which are missing for these reasons."""
+    captures = tuple(capture for capture in taken.captures if capture.vehicle_id not in reasons)
+    return replace(taken, captures=captures, missing=taken.missing | dict(reasons))
 
 
 class Sampler:
@@ -104,7 +116,7 @@ class Sampler:
         sign_of_life(context.settings.deadlines.capture_s)
 
         def receive(capture: Capture) -> Capture:
-            placed = self._above_datum(capture)
+            placed = self.above_datum(capture)
             on_capture(placed)
             return placed
 
@@ -112,7 +124,7 @@ class Sampler:
         sign_of_life(WORK_S)
         return self.leave_out(step, Sample(taken.captures, {}), unsteady | taken.missing)
 
-    def _above_datum(self, capture: Capture) -> Capture:
+    def above_datum(self, capture: Capture) -> Capture:
         """Return a capture with its altitude above the datum that all vehicles share."""
         (member,) = self._context.roster.select([capture.vehicle_id])
         return replace(capture, position=self._context.roster.above_datum(member, capture.position))
@@ -122,17 +134,22 @@ class Sampler:
         for vehicle_id, reason in reasons.items():
             text = f"step {step} goes on without its frame: {reason}"
             self._context.journal.notice(Severity.WARNING, text, vehicle_id)
-        captures = tuple(capture for capture in taken.captures if capture.vehicle_id not in reasons)
-        return Sample(captures, taken.missing | dict(reasons))
+        return without(taken, reasons)
 
     def _unsteady(self, swarm: Sequence[Member]) -> dict[int, str]:
         """Return the vehicles that do not hover, or do not report it, with the reason by id."""
         return {member.vehicle_id: refusal.text for member in swarm if (refusal := self._refusal(member)) is not None}
 
-    def _refusal(self, member: Member) -> Refusal | None:
+    def why_not_placed(self, member: Member) -> Refusal | None:
+        """Return why it is not known where a vehicle is; None if it is."""
         limits, age_s = self._context.flight.limits, self._context.roster.position_age_s(member)
         if age_s is None or (limits is not None and age_s > limits.max_position_age_s):
             return Refusal("no position yet" if age_s is None else f"its last position is {age_s:.1f} s old")
+        return None
+
+    def _refusal(self, member: Member) -> Refusal | None:
+        if (refusal := self.why_not_placed(member)) is not None:
+            return refusal
         velocity_enu_mps = member.state.velocity_enu_mps
         speed_mps = 0.0 if velocity_enu_mps is None else float(np.linalg.norm(velocity_enu_mps))
         if speed_mps > 2 * self._context.settings.flight.arrival_speed_mps:

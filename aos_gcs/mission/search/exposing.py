@@ -1,0 +1,215 @@
+"""Frames that vehicles expose in flight: each camera at its own pace, and rounds of what has come.
+
+Nobody waits for anybody: a frame that comes late is part of a later round, with the pose of its own exposure.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from collections import deque
+from collections.abc import AsyncIterator, Coroutine, Mapping, Sequence
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from aos_gcs.errors import CaptureError
+from aos_gcs.mission.context import FlightContext
+from aos_gcs.mission.fleet.roster import Member
+from aos_gcs.mission.handler_watch import sign_of_life
+from aos_gcs.mission.search.sampling import Sample, Sampler, without
+from aos_gcs.ports import Capture, Severity
+
+KEPT = 2
+"""Frames of one vehicle that may wait for analysis. Policy: the oldest is dropped, and counted."""
+BLIND_S = 3.0
+"""Time without any frame after which a sweep must not go on."""
+MAX_MOTION_M = 0.5
+"""Greatest standard deviation of a place of exposure by the time of it alone: frames that err by more disagree about
+the ground below them."""
+_POLL_S = 0.05
+_DRAIN_S = 2.0
+"""Time for which frames on their way are awaited when a sweep is over: a camera takes one at a time."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Exposed:
+    capture: Capture
+    speed_mps: float
+    come_at_s: float
+
+
+class Exposures:
+    """Exposes the vehicles of the swarm in flight, each again when its image has come, at most at the rate.
+
+    Made by :func:`exposing`.
+
+    Args:
+        context: context of the flight.
+        sampler: places captures above the shared datum, and knows whose position is not known.
+        group: owns the tasks, one per vehicle.
+    """
+
+    def __init__(self, context: FlightContext, sampler: Sampler, group: asyncio.TaskGroup) -> None:
+        self._context = context
+        self._sampler = sampler
+        self._group = group
+        self._tasks: dict[int, asyncio.Task[None]] = {}
+        self._waiting: dict[int, deque[_Exposed]] = {}
+        self._failures: dict[int, str] = {}
+        """Why a vehicle has delivered nothing since the round before."""
+        self._last_at_s: dict[int, float] = {}
+        """When each vehicle's latest frame came, or its exposures began."""
+        self._silent: dict[int, int] = {}
+        """Rounds without each vehicle that has been named."""
+        self._exposed: set[int] = set()
+        """Vehicles whose image is on its way."""
+        self._is_over = False
+        self.dropped = 0
+        """Frames that were not analysed because later ones had come."""
+
+    def follow(self, swarm: Sequence[Member]) -> None:
+        """Expose these vehicles from now on, and no others."""
+        members = {member.vehicle_id: member for member in swarm}
+        for vehicle_id in self._tasks.keys() - members.keys():
+            self._tasks.pop(vehicle_id).cancel()
+            self._waiting.pop(vehicle_id, None)
+            self._failures.pop(vehicle_id, None)
+        for vehicle_id in members.keys() - self._tasks.keys():
+            self._waiting[vehicle_id] = deque(maxlen=KEPT)
+            self._last_at_s[vehicle_id] = self._context.clock.now_s()
+            self._tasks[vehicle_id] = self._group.create_task(self._expose(members[vehicle_id]))
+
+    def start(self, work: Coroutine[Any, Any, None]) -> asyncio.Task[None]:
+        """Do work beside the exposures, for as long as these may go on."""
+        return self._group.create_task(work)
+
+    async def round(self) -> Sample | None:
+        """Return the oldest frame of each vehicle, once all have one or the first has waited for one period.
+
+        None where none has come for ``BLIND_S``. Vehicles whose frames failed or stay away are missing in it.
+        """
+        clock, begin_s = self._context.clock, self._context.clock.now_s()
+        period_s = 1.0 / self._context.settings.imaging.rate_hz
+        while True:
+            sign_of_life()
+            first_s = min((queue[0].come_at_s for queue in self._waiting.values() if queue), default=math.inf)
+            if all(self._waiting.values()) or clock.now_s() - first_s >= period_s:
+                return self._take()
+            if math.isinf(first_s) and clock.now_s() - begin_s >= BLIND_S:
+                return None
+            await clock.sleep(_POLL_S)
+
+    @property
+    def trouble(self) -> str:
+        """Reason why a vehicle's latest frame did not come, in words."""
+        return next((f"vehicle {key}: {reason}" for key, reason in sorted(self._failures.items())), "no image yet")
+
+    async def finish(self) -> None:
+        """Expose no more, and wait for what is on its way, which nobody needs any more."""
+        self._is_over = True
+        on_their_way = [self._tasks[vehicle_id] for vehicle_id in self._exposed & self._tasks.keys()]
+        for task in self._tasks.values():
+            if task not in on_their_way:
+                task.cancel()
+        if on_their_way:
+            sign_of_life(_DRAIN_S)
+            await asyncio.wait(on_their_way, timeout=_DRAIN_S / self._context.clock.speed)
+        self.follow(())
+
+    def _take(self) -> Sample:
+        taken = {vehicle_id: queue.popleft() for vehicle_id, queue in self._waiting.items() if queue}
+        now_s, missing = self._context.clock.now_s(), dict[int, str]()
+        for vehicle_id in self._waiting.keys() - taken.keys():
+            silent_s = now_s - self._last_at_s[vehicle_id]
+            if vehicle_id in self._failures or silent_s >= BLIND_S:
+                missing[vehicle_id] = self._failures.pop(vehicle_id, f"no image for {silent_s:.0f} s")
+        return Sample(
+            captures=tuple(one.capture for one in taken.values()),
+            missing=missing,
+            speeds_mps={vehicle_id: one.speed_mps for vehicle_id, one in taken.items()},
+        )
+
+    def leave_out(self, step: int, taken: Sample, reasons: Mapping[int, str]) -> Sample:  # noqa: ARG002
+        """Return a round without the frames of some vehicles.
+
+        Reports a vehicle once when its frames stay away, or cannot be used, and once when they come again.
+        """
+        notice, used = self._context.journal.notice, without(taken, reasons)
+        for vehicle_id, reason in used.missing.items():
+            if vehicle_id not in self._silent:
+                notice(Severity.WARNING, f"the line flies on without its frames: {reason}", vehicle_id)
+            self._silent[vehicle_id] = self._silent.get(vehicle_id, 0) + 1
+        for capture in used.captures:
+            if count := self._silent.pop(capture.vehicle_id, 0):
+                notice(Severity.INFO, f"its frames come again; {count} were missing", capture.vehicle_id)
+        return used
+
+    @property
+    def is_behind(self) -> bool:
+        """Whether a vehicle's frames wait for analysis while later ones have come."""
+        return any(len(queue) == KEPT for queue in self._waiting.values())
+
+    async def _expose(self, member: Member) -> None:
+        clock, settings = self._context.clock, self._context.settings
+        while True:
+            begin_s = clock.now_s()
+            self._exposed.add(member.vehicle_id)
+            try:
+                self._keep(await self._capture(member))
+            except CaptureError as error:
+                self._failures[member.vehicle_id] = str(error)
+            finally:
+                self._exposed.discard(member.vehicle_id)
+            if self._is_over:
+                return
+            await clock.sleep(max(0.0, begin_s + 1.0 / settings.imaging.rate_hz - clock.now_s()))
+
+    async def _capture(self, member: Member) -> _Exposed:
+        """Expose one frame.
+
+        Raises:
+            CaptureError: it did not come, or its pose cannot be trusted.
+        """
+        clock, settings = self._context.clock, self._context.settings
+        if (refusal := self._sampler.why_not_placed(member)) is not None:
+            raise CaptureError(refusal.text)
+        velocity_enu_mps = member.state.velocity_enu_mps
+        speed_mps = 0.0 if velocity_enu_mps is None else float(np.linalg.norm(velocity_enu_mps))
+        capture = await member.vehicle.capture(clock.now_s() + settings.deadlines.capture_s)
+        sigma_s = settings.uncertainty.clock_s if capture.time_sigma_s is None else capture.time_sigma_s
+        if speed_mps * sigma_s > MAX_MOTION_M:
+            raise CaptureError(
+                f"its time of exposure is known to ± {sigma_s:.2f} s, at {speed_mps:.1f} m/s ± "
+                f"{speed_mps * sigma_s:.1f} m; {MAX_MOTION_M:g} m are allowed: synchronise its clock, or fly slower"
+            )
+        return _Exposed(self._sampler.above_datum(capture), speed_mps, clock.now_s())
+
+    def _keep(self, exposed: _Exposed) -> None:
+        vehicle_id = exposed.capture.vehicle_id
+        if self._is_over or (queue := self._waiting.get(vehicle_id)) is None:
+            return
+        self._last_at_s[vehicle_id] = exposed.come_at_s
+        self._failures.pop(vehicle_id, None)
+        if len(queue) == KEPT:
+            self.dropped += 1
+            if self.dropped == 1:
+                text = "Frames come faster than this station analyses them: the oldest are left out"
+                self._context.journal.notice(Severity.WARNING, text)
+        queue.append(exposed)
+
+
+@asynccontextmanager
+async def exposing(context: FlightContext, sampler: Sampler) -> AsyncIterator[Exposures]:
+    """Expose vehicles in flight for as long as the context is entered; leaving it ends all exposures."""
+    async with asyncio.TaskGroup() as group:
+        exposures = Exposures(context, sampler, group)
+        try:
+            yield exposures
+        finally:
+            exposures.follow(())
+            if exposures.dropped > 1:
+                text = f"{exposures.dropped} frames of this stretch were left out"
+                context.journal.notice(Severity.WARNING, text)

@@ -1,0 +1,238 @@
+"""Continuous searches: the line flies along its legs without stops, and what happens to it there. In virtual time."""
+
+from __future__ import annotations
+
+import asyncio
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from aos_gcs.airspace.limits import UNLIMITED, SafetyOverrides
+from aos_gcs.cli import main
+from aos_gcs.imaging.geolocation import Uncertainty
+from aos_gcs.mission.model.actions import Action
+from aos_gcs.mission.model.phase import Outcome, Phase
+from aos_gcs.mission.model.steps import StepRecord
+from aos_gcs.mission.model.vehicles import Task
+from aos_gcs.planning.settings import DetectionSettings, SearchMode, SearchSettings
+from aos_gcs.ports import Capture, FlightMode, Goto
+from aos_gcs.runtime.virtual_time import run as run_virtually
+from tests.fakes.fleet import FakeVehicle
+from tests.fakes.mission_flight import EXACT, Flight, flying, prepare
+from tests.fakes.recorded_search import write_search
+
+virtual = pytest.mark.looptime
+
+CAMERA_S = 0.6
+"""Time from an exposure until its image is there."""
+LONG_AREA = ((-12.0, 10.0), (12.0, 10.0), (12.0, 90.0), (-12.0, 90.0))
+GOES_ON = DetectionSettings(threshold_m2=0.3, found_min_count=2, look_steps=6)
+
+
+def sweep_flight(target: tuple[float, float] | None = None, **changes: object) -> Flight:
+    changes = {"area_enu_m": LONG_AREA, "camera_delay_s": CAMERA_S, "errors": EXACT} | changes
+    return prepare(4, target, search=SearchSettings(SearchMode.CONTINUOUS), **changes)
+
+
+def swept(flight: Flight) -> list[StepRecord]:
+    return [step for step in flight.view.steps() if step.branch == "sweep"]
+
+
+def is_in_the_middle(flight: Flight) -> bool:
+    return len(swept(flight)) >= 5
+
+
+def exposures_north_m(flight: Flight, vehicle_id: int = 2) -> list[float]:
+    """Return where the recorded frames of a vehicle were exposed."""
+    frame = flight.mission._context.roster.local_frame()
+    return [float(frame.to_enu(one.position)[1]) for _, one in flight.recorder.frames if one.vehicle_id == vehicle_id]
+
+
+@virtual
+async def test_the_line_flies_on_while_frames_are_taken_and_no_ground_is_left_out() -> None:
+    flight = sweep_flight()
+    async with flying(flight) as run, asyncio.TaskGroup() as group:
+        watch = group.create_task(flight.watch_separation())
+        assert await run is Outcome.NOT_FOUND
+        watch.cancel()
+    assert "Scan complete: the whole area was scanned, nothing was found" in flight.texts()
+    assert flight.view.snapshot().covered_fraction == 1.0
+    assert flight.smallest_m >= UNLIMITED.separation_m
+    # All steps but the first and the last of a leg are of frames taken in flight.
+    assert len(swept(flight)) >= len(flight.view.steps()) - 2
+    assert np.diff(exposures_north_m(flight)).max() <= 4.0
+    gotos = [command for command in flight.fleet.members[2].commands if isinstance(command, Goto)]
+    assert {goto.speed_mps for goto in gotos} == {5.0, 10.0}
+    assert len(gotos) < 8
+
+
+@virtual
+async def test_what_is_in_view_stops_the_line_and_the_leg_goes_on_where_it_was_left() -> None:
+    flight = sweep_flight((3.0, 50.0), detection=GOES_ON)
+    async with flying(flight) as run:
+        assert await run is Outcome.FOUND
+    phases = [step.phase for step in flight.view.steps()]
+    first, last = phases.index(Phase.CONVERGE), len(phases) - phases[::-1].index(Phase.FOUND)
+    north_m = exposures_north_m(flight)
+    steps = [step.step for step in flight.view.steps()]
+    before_m = max(north_m[: steps[first] - 1])
+    # Behind the close look the line begins where the last frames without it were taken, not where it had flown to.
+    assert north_m[steps[last] - 1] == pytest.approx(before_m, abs=3.5)
+    assert all(step.branch == "sweep" for step in flight.view.steps()[last:-1])
+    assert "Scan complete: the whole area was scanned, 1 possible person was found" in flight.texts()
+
+
+@virtual
+async def test_a_hold_stops_the_line_and_after_it_the_leg_goes_on() -> None:
+    flight = sweep_flight()
+    async with flying(flight) as run:
+        await flight.until(lambda: is_in_the_middle(flight))
+        await flight.commands.act(Action.HOLD, None)
+        held_m = {key: vehicle.position_enu_m() for key, vehicle in flight.fleet.members.items()}
+        steps = len(flight.view.steps())
+        await flight.clock.sleep(10.0)
+        assert len(flight.view.steps()) == steps
+        for key, vehicle in flight.fleet.members.items():
+            assert vehicle.position_enu_m() == pytest.approx(held_m[key], abs=0.01)
+        await flight.commands.act(Action.RESUME, None)
+        assert await run is Outcome.NOT_FOUND
+    assert np.diff(exposures_north_m(flight)).max() <= 6.0
+    assert flight.view.snapshot().covered_fraction == 1.0
+
+
+@virtual
+async def test_a_pause_lets_nobody_fly_on_unseen() -> None:
+    flight = sweep_flight()
+    async with flying(flight) as run:
+        await flight.until(lambda: is_in_the_middle(flight))
+        await flight.commands.act(Action.PAUSE, None)
+        await flight.clock.sleep(4.0)
+        paused_m = flight.fleet.members[1].position_enu_m()
+        await flight.clock.sleep(20.0)
+        assert flight.fleet.members[1].position_enu_m() == pytest.approx(paused_m, abs=0.01)
+        assert paused_m[1] < LONG_AREA[2][1] - 20.0
+        await flight.commands.act(Action.RESUME, None)
+        assert await run is Outcome.NOT_FOUND
+    assert np.diff(exposures_north_m(flight)).max() <= 10.0
+
+
+@virtual
+async def test_a_return_in_the_middle_of_a_leg_brings_all_home() -> None:
+    flight = sweep_flight()
+    async with flying(flight) as run:
+        await flight.until(lambda: is_in_the_middle(flight))
+        await flight.commands.act(Action.RETURN, None)
+        await run
+    assert [flight.task(number) for number in (1, 2, 3, 4)] == [Task.LANDED] * 4
+
+
+def take_over(vehicle: FakeVehicle) -> None:
+    vehicle.fly_to(vehicle.position_enu_m())
+    vehicle.mode, vehicle.taken_over = FlightMode.HOLD, "its mode changed to LOITER"
+
+
+def lose(vehicle: FakeVehicle) -> None:
+    vehicle.silent_since_s = vehicle.clock.now_s()
+
+
+@virtual
+@pytest.mark.parametrize("strike", [take_over, lose])
+async def test_the_others_fly_on_without_one_that_a_pilot_takes_or_that_is_lost(strike: object) -> None:
+    flight = sweep_flight()
+    async with flying(flight) as run, asyncio.TaskGroup() as group:
+        watch = group.create_task(flight.watch_separation())
+        await flight.until(lambda: is_in_the_middle(flight))
+        strike(flight.fleet.members[3])  # type: ignore[operator]
+        commands = len(flight.fleet.members[3].commands)
+        await flight.until(lambda: flight.mission.phase is Phase.RETURN)
+        sent = flight.fleet.members[3].commands[commands:]
+        assert not any(isinstance(command, Goto) for command in sent)
+        flight.fleet.members[3].silent_since_s = None
+        flight.fleet.members[3].reclaim()
+        await flight.commands.act(Action.LAND, (3,))
+        assert await run is Outcome.NOT_FOUND
+        watch.cancel()
+    assert any("the whole area was scanned" in text for text in flight.texts())
+    assert flight.smallest_m >= UNLIMITED.separation_m
+
+
+@virtual
+async def test_a_camera_that_fails_is_named_once_and_counted_and_the_line_flies_on() -> None:
+    flight = sweep_flight()
+    async with flying(flight) as run:
+        await flight.until(lambda: is_in_the_middle(flight))
+        flight.fleet.members[3].camera_works = False
+        await flight.until(lambda: flight.mission.phase is Phase.RETURN)
+        camera = flight.view.snapshot().vehicles[2].camera
+        await run
+    named = [text for text in flight.texts() if "flies on without its frames" in text]
+    assert named == ["the line flies on without its frames: no image for 4 s"]
+    assert camera is not None
+    assert camera.failures > 3
+
+
+@virtual
+async def test_where_no_frame_comes_in_flight_the_search_goes_on_with_stops() -> None:
+    flight = sweep_flight(area_enu_m=((-12.0, 10.0), (12.0, 10.0), (12.0, 30.0), (-12.0, 30.0)))
+    for vehicle in flight.fleet.members.values():
+        blind_in_flight(vehicle)
+    async with flying(flight) as run:
+        assert await run is Outcome.NOT_FOUND
+    assert [text for text in flight.texts() if "stops" in text] == [
+        "No frame has come in flight for 3 s (no image yet): the search goes on with stops"
+    ]
+    assert flight.view.snapshot().covered_fraction == 1.0
+    assert any(text.startswith("No frames from ") for text in flight.texts())
+
+
+def blind_in_flight(vehicle: FakeVehicle) -> None:
+    """Have its images in flight not come."""
+    capture = vehicle.capture
+
+    async def capture_at_rest(deadline_s: float) -> Capture:
+        vehicle.camera_works = not vehicle.is_moving()
+        return await capture(deadline_s)
+
+    object.__setattr__(vehicle, "capture", capture_at_rest)
+
+
+@virtual
+async def test_frames_whose_time_is_not_known_well_enough_are_left_out_and_named() -> None:
+    short = ((-12.0, 10.0), (12.0, 10.0), (12.0, 40.0), (-12.0, 40.0))
+    flight = sweep_flight(area_enu_m=short, uncertainty=Uncertainty(clock_s=0.2))
+    async with flying(flight) as run:
+        assert await run is Outcome.NOT_FOUND
+    (named,) = (text for text in flight.texts() if text.endswith("the search goes on with stops"))
+    assert "its time of exposure is known to ± 0.20 s, at 5.0 m/s ± 1.0 m; 0.5 m are allowed" in named
+    assert flight.view.snapshot().covered_fraction == 1.0
+
+
+@virtual
+async def test_before_a_zone_the_line_stops_for_each_frame_and_behind_it_sweeps_again() -> None:
+    zone = ((-30.0, 40.0), (30.0, 40.0), (30.0, 46.0), (-30.0, 46.0))
+    flight = sweep_flight(safety=SafetyOverrides(no_go_enu_m=(zone,), margin_m=1.0))
+    async with flying(flight) as run:
+        assert await run is Outcome.NOT_FOUND
+    branches = [step.branch for step in flight.view.steps()]
+    at_zone = next(number for number, branch in enumerate(branches) if branch == "line")
+    assert at_zone > 3
+    assert "sweep" in branches[at_zone:]
+    assert sum("is blocked" in text for text in flight.texts()) == 1
+
+
+def test_a_continuous_search_is_computed_again_and_identical(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    async def fly() -> None:
+        flight = sweep_flight((3.0, 45.0), area_enu_m=((-12.0, 10.0), (12.0, 10.0), (12.0, 60.0), (-12.0, 60.0)))
+        async with flying(flight) as outcome:
+            assert await outcome is Outcome.FOUND
+        assert len(swept(flight)) > 5
+        write_search(tmp_path / "mission", flight.recorder)
+
+    run_virtually(fly())
+    with pytest.raises(SystemExit) as ended:
+        main(["--log-level", "error", "replay", str(tmp_path / "mission"), "--verify"])
+    assert capsys.readouterr().out.startswith("identical: ")
+    assert not ended.value.code
