@@ -13,6 +13,7 @@ from aos_gcs.airspace.raster import PlanRaster
 from aos_gcs.airspace.stopping import StoppingDistance
 from aos_gcs.errors import ConfigurationError, ParameterError
 from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.imaging.step.settings import MAX_RATE_HZ
 from aos_gcs.planning.advice import MIN_LAYERS_WITHOUT_RTK_M, forest_aperture
 from aos_gcs.planning.estimate import PlanEstimate, estimate_plan, planned_leg_count, planned_legs
 from aos_gcs.planning.plan import SPACING_PARAMETER, MissionPlan, PlanProblem, apply_plan
@@ -44,8 +45,18 @@ _ROUNDING_M = 0.1
 """Margins are entered with one decimal."""
 _SLOWEST_MPS = 0.1
 """Least speed of a flight: less is a slip of the pen."""
+_POSITIVE = (
+    "lowest_layer_m",
+    "layer_spacing_m",
+    "cruise_speed_mps",
+    "search_speed_mps",
+    "rate_hz",
+    "endurance_s",
+    "search_s",
+)
 _GREATEST = {
     **GREATEST_FLIGHT_SETTINGS,
+    "rate_hz": MAX_RATE_HZ,
     "endurance_s": _DAY_S,
     "search_s": _DAY_S,
     "fence_margin_m": MAX_EXTENT_M,
@@ -176,7 +187,7 @@ def _is_within(inner: Polygon, outer: Polygon) -> bool:
 def _check_numbers(plan: MissionPlan, settings: MissionSettings) -> Iterator[PlanProblem]:
     if not 2 <= plan.vehicles <= 250:
         yield PlanProblem("vehicles", f"A swarm has 2 to 250 vehicles, not {plan.vehicles}.")
-    for field in ("lowest_layer_m", "layer_spacing_m", "cruise_speed_mps", "endurance_s", "search_s"):
+    for field in _POSITIVE:
         value = getattr(plan, field)
         if not (math.isfinite(value) and value > 0.0):
             yield PlanProblem(field, f"This must be above 0, but is {value:g}.")

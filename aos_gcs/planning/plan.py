@@ -9,7 +9,15 @@ from dataclasses import dataclass, field, replace
 from aos_gcs.airspace.limits import UNLIMITED
 from aos_gcs.airspace.polygon import Polygon
 from aos_gcs.errors import ConfigurationError
-from aos_gcs.planning.settings import Deadlines, FlightSettings, ForestSettings, MissionSettings
+from aos_gcs.imaging.step.settings import ImagingSettings
+from aos_gcs.planning.settings import (
+    Deadlines,
+    FlightSettings,
+    ForestSettings,
+    MissionSettings,
+    SearchMode,
+    SearchSettings,
+)
 from aos_gcs.swarm.declaration import Parameter
 from aos_gcs.swarm.registry import available_strategies, declared_parameters
 
@@ -49,6 +57,11 @@ class MissionPlan:
     fence_margin_m: float | None = None
     """Distance to keep from the geofence on the inside; None: the stopping distance."""
     cruise_speed_mps: float = FlightSettings().cruise_speed_mps
+    search_mode: SearchMode = SearchSettings().mode
+    search_speed_mps: float = FlightSettings().search_speed_mps
+    """Speed along the legs of a continuous search."""
+    rate_hz: float = ImagingSettings().rate_hz
+    """Frames per second of each camera on these legs."""
     min_battery_fraction: float = UNLIMITED.min_battery_fraction
     """Battery fraction at which a vehicle flies home."""
     endurance_s: float = 1500.0
@@ -138,7 +151,10 @@ def apply_plan(settings: MissionSettings, plan: MissionPlan) -> MissionSettings:
             lowest_layer_m=plan.lowest_layer_m,
             layer_spacing_m=plan.layer_spacing_m,
             cruise_speed_mps=plan.cruise_speed_mps,
+            search_speed_mps=plan.search_speed_mps,
         ),
+        search=replace(settings.search, mode=plan.search_mode),
+        imaging=replace(settings.imaging, rate_hz=plan.rate_hz),
         deadlines=replace(settings.deadlines, search_s=plan.search_s),
         forest=plan.forest,
     )
@@ -167,6 +183,9 @@ def plan_of(settings: MissionSettings) -> MissionPlan:
         ceiling_m=settings.safety.ceiling_m,
         fence_margin_m=settings.safety.margin_m,
         cruise_speed_mps=settings.flight.cruise_speed_mps,
+        search_mode=settings.search.mode,
+        search_speed_mps=settings.flight.search_speed_mps,
+        rate_hz=settings.imaging.rate_hz,
         min_battery_fraction=limits.min_battery_fraction,
         search_s=settings.deadlines.search_s,
         forest=settings.forest,

@@ -11,6 +11,7 @@ from typing import Annotated, Any
 from pydantic import ConfigDict, Field
 
 from aos_gcs.api.models.base import ScanLegModel, WireModel
+from aos_gcs.planning.settings import SearchMode, SearchSettings
 from aos_gcs.planning.shape_files import ShapeRole
 
 Latitude = Annotated[float, Field(ge=-90.0, le=90.0)]
@@ -66,6 +67,16 @@ class PlanModel(_FiniteModel):
         default=None, description="Null: the stopping distance at the cruise speed."
     )
     cruise_speed_mps: Annotated[float, Field(gt=0.0)] = 10.0
+    search_mode: SearchMode = Field(
+        default=SearchSettings().mode,
+        description="Flight along the legs while nothing is in view: without stops, or hovering for each frame.",
+    )
+    search_speed_mps: Annotated[float, Field(gt=0.0)] = Field(
+        default=5.0, description="Speed along the legs without stops, at most the cruise speed."
+    )
+    rate_hz: Annotated[float, Field(gt=0.0)] = Field(
+        default=2.0, description="Frames per second of each camera along the legs without stops."
+    )
     battery_reserve_percent: Annotated[float, Field(ge=0.0, lt=90.0)] = 20.0
     endurance_min: Annotated[float, Field(gt=0.0)] = Field(default=25.0, description="Flight time of a full battery.")
     search_min: Annotated[float, Field(gt=0.0)] = Field(

@@ -1564,6 +1564,12 @@ export interface components {
        * @default []
        */
       no_go: components["schemas"]["PlaceModel"][][];
+      /**
+       * Rate Hz
+       * @description Frames per second of each camera along the legs without stops.
+       * @default 2
+       */
+      rate_hz: number;
       /** @description Null: their launch positions. */
       return_point?: components["schemas"]["PlaceModel"] | null;
       /**
@@ -1577,6 +1583,17 @@ export interface components {
        * @default 20
        */
       search_min: number;
+      /**
+       * @description Flight along the legs while nothing is in view: without stops, or hovering for each frame.
+       * @default stops
+       */
+      search_mode: components["schemas"]["SearchMode"];
+      /**
+       * Search Speed Mps
+       * @description Speed along the legs without stops, at most the cruise speed.
+       * @default 5
+       */
+      search_speed_mps: number;
       /**
        * Spacing M
        * @description Spacing of the vehicles in line (c4); null: as in the strategy's parameters.
@@ -1806,6 +1823,12 @@ export interface components {
       end: components["schemas"]["VertexModel"];
       start: components["schemas"]["VertexModel"];
     };
+    /**
+     * SearchMode
+     * @description How the swarm flies along its legs while nothing is in view.
+     * @enum {string}
+     */
+    SearchMode: "continuous" | "stops";
     ServerMessage:
       | components["schemas"]["HelloMessage"]
       | components["schemas"]["SnapshotMessage"]

@@ -25,6 +25,12 @@ export const PATTERN: readonly [NumberName, NumberRule][] = [
   ["camera_fov_deg", { unit: "°", decimals: 1, step: 1, min: 1.1, max: 169.9 }],
 ];
 
+/** Flight along the legs without stops. */
+export const SWEEP: readonly [NumberName, NumberRule][] = [
+  ["search_speed_mps", { unit: "m/s", decimals: 1, step: 0.5, min: 0.1 }],
+  ["rate_hz", { unit: "Hz", decimals: 1, step: 0.5, min: 0.1, max: 10 }],
+];
+
 export const LIMITS: readonly [NumberName, NumberRule][] = [
   ["floor_m", { unit: "m", decimals: 1, step: 1, isOptional: true }],
   ["ceiling_m", { unit: "m", decimals: 1, step: 1, isOptional: true }],

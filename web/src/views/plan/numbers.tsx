@@ -5,7 +5,7 @@ import { useShell } from "../../shell/context";
 import { texts } from "../../texts";
 import { NumberField } from "../../ui/number_field";
 import { Dial } from "./dial";
-import { FOREST, HEADING, LIMITS, NEW_FOREST, type NumberName, type NumberRule, PATTERN } from "./fields";
+import { FOREST, HEADING, LIMITS, NEW_FOREST, type NumberName, type NumberRule, PATTERN, SWEEP } from "./fields";
 import { adviceOf, problemOf } from "./problems";
 import { StrategyFields } from "./strategy";
 
@@ -30,8 +30,37 @@ export function PatternFields({ plan, report, onChange }: Props) {
           <PlanNumber key={name} name={name} rule={rule} plan={plan} report={report} onChange={onChange} />
         ))}
       </div>
+      <SweepFields plan={plan} report={report} onChange={onChange} />
       <StrategyFields plan={plan} report={report} onChange={onChange} />
       <ForestFields plan={plan} report={report} onChange={onChange} />
+    </>
+  );
+}
+
+/** How the swarm flies along its legs, and how fast. */
+function SweepFields({ plan, report, onChange }: Props) {
+  const isContinuous = plan.search_mode === "continuous";
+  return (
+    <>
+      <label class="switch">
+        <input
+          type="checkbox"
+          id="plan-search_mode"
+          data-testid="plan-search_mode"
+          checked={isContinuous}
+          onChange={({ currentTarget: { checked } }) =>
+            onChange({ ...plan, search_mode: checked ? "continuous" : "stops" })
+          }
+        />
+        {texts.plan.withoutStops}
+      </label>
+      {isContinuous && (
+        <div class="field-grid">
+          {SWEEP.map(([name, rule]) => (
+            <PlanNumber key={name} name={name} rule={rule} plan={plan} report={report} onChange={onChange} />
+          ))}
+        </div>
+      )}
     </>
   );
 }
