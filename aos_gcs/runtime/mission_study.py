@@ -17,7 +17,7 @@ from aos_gcs.lab.missions.model import HERE_M, MissionKey, MissionResult, Missio
 from aos_gcs.mission.model.decisions import ConclusionRecord
 from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.model.steps import StepRecord
-from aos_gcs.runtime.virtual_mission import FlownMission, fly, mission_settings
+from aos_gcs.runtime.virtual_mission import FlownMission, fly, mission_settings, search_settings
 
 
 def fly_mission(settings: MissionsSettings, key: MissionKey) -> MissionResult:
@@ -53,6 +53,7 @@ def fly_mission(settings: MissionsSettings, key: MissionKey) -> MissionResult:
             ground=ground,
             spacing=spacing,
             follow=settings.follow_ground,
+            search=search_settings(settings.search_mode),
         )
         mission = fly(flight, planned)
     if mission.snapshot.outcome is Outcome.FAILED and not mission.steps:

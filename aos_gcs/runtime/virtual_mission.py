@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from aos_gcs.clock import LoopClock
+from aos_gcs.errors import ConfigurationError
 from aos_gcs.imaging.geolocation import Uncertainty
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.lab.flights import Flight
@@ -21,7 +22,14 @@ from aos_gcs.mission.model.phase import OutcomeRecord
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.steps import Picture, StepRecord
 from aos_gcs.mission.model.vehicles import SettingsRecord
-from aos_gcs.planning.settings import FlightSettings, MissionSettings, PreflightSettings, RegistrationSettings
+from aos_gcs.planning.settings import (
+    FlightSettings,
+    MissionSettings,
+    PreflightSettings,
+    RegistrationSettings,
+    SearchMode,
+    SearchSettings,
+)
 from aos_gcs.ports import Capture
 from aos_gcs.runtime.demo_terrain import above_ground
 from aos_gcs.runtime.virtual_time import InlineWorker, run
@@ -90,6 +98,7 @@ def mission_settings(
     ground: Path | None = None,
     spacing: Spacing = USUAL,
     follow: bool = False,
+    search: SearchSettings | None = None,
 ) -> MissionSettings:
     """Return the settings of an unattended search of a simulated area; what is not named is as in every mission.
 
@@ -104,6 +113,7 @@ def mission_settings(
         ground: elevation model that the mission knows; None: the ground counts as level.
         spacing: how far apart the vehicles fly.
         follow: whether the layers follow the ground that the mission knows.
+        search: how the area is searched; None: as by default.
     """
     usual = FlightSettings()
     settings = MissionSettings(
@@ -119,6 +129,7 @@ def mission_settings(
             lowest_layer_m=usual.lowest_layer_m + flight.highest_ground_m,
             layer_spacing_m=spacing.layers_m,
         ),
+        search=SearchSettings() if search is None else search,
         preflight=PreflightSettings(
             upload_fence=True, set_return_height=ground is not None, overrides=spacing.overrides
         ),
@@ -128,6 +139,20 @@ def mission_settings(
         auto_return=True,
     )
     return settings if ground is None else above_ground(settings, ground, follow=follow)
+
+
+def search_settings(mode: str) -> SearchSettings | None:
+    """Return the settings of a search mode by its name; None for an empty one: those by default.
+
+    Raises:
+        ConfigurationError: there is no such mode.
+    """
+    if not mode:
+        return None
+    try:
+        return SearchSettings(SearchMode(mode))
+    except ValueError as error:
+        raise ConfigurationError(f"--search must be one of {', '.join(SearchMode)}, got {mode!r}.") from error
 
 
 def _uncertainty(spacing: Spacing) -> Uncertainty:

@@ -36,11 +36,20 @@ def missions(
     ] = "rtk",
     seed: Annotated[int, typer.Option(help="Random seed of the first mission; the others count up from it.")] = 0,
     strategy: Annotated[str, typer.Option(help="Name of the swarm's strategy.")] = "aos-apso",
+    search: Annotated[
+        str,
+        typer.Option(
+            metavar="MODE",
+            help="How the swarm flies along its legs: continuous or stops.",
+            show_default="as missions do by default",
+        ),
+    ] = "",
     reference: Annotated[
         Path | None,
         typer.Option(
             metavar="DIR",
-            help="Folder of the same missions with another strategy; differences to it are reported pair by pair.",
+            help="Folder of the same missions with another strategy or search mode; differences to it are reported "
+            "pair by pair.",
         ),
     ] = None,
     vehicles: Annotated[int, typer.Option(help="Number of drones.")] = 10,
@@ -98,7 +107,16 @@ def missions(
         without_person=without_person,
     )
     settings = MissionsSettings(
-        strategy, vehicles, side, image_size, version("aos-gcs"), terrain, layer_spacing, launch_spacing, follow_ground
+        strategy=strategy,
+        vehicles=vehicles,
+        side_m=side,
+        image_size_px=image_size,
+        version=version("aos-gcs"),
+        terrain=terrain,
+        layer_spacing_m=layer_spacing,
+        launch_spacing_m=launch_spacing,
+        follow_ground=follow_ground,
+        search_mode=search,
     )
     # Before hours of work: a document that cannot be renewed, or a reference that does not fit, is refused at once.
     frame = None if document is None else missions_frame(document)
@@ -114,7 +132,7 @@ def missions(
     groups = summarise(results, vehicles)
     text = as_markdown(groups)
     if rival is not None:
-        text += "\n" + pairs_as_markdown(pair_missions(results, rival[1]), strategy, rival[0])
+        text += "\n" + pairs_as_markdown(pair_missions(results, rival[1]), settings.name, rival[0])
     folder.write_summary(text)
     if document is not None and frame is not None:
         write_document(document, frame, settings, groups, text)

@@ -37,6 +37,13 @@ class MissionsSettings:
     """The same for the distance of two launch points."""
     follow_ground: bool = False
     """Whether the altitude layers follow the ground; else they are level."""
+    search_mode: str = ""
+    """How the swarm flies along its legs, ``continuous`` or ``stops``; empty: as missions do by default."""
+
+    @property
+    def name(self) -> str:
+        """Strategy and search mode, for comparisons."""
+        return f"{self.strategy}, {self.search_mode}" if self.search_mode else self.strategy
 
     def __post_init__(self) -> None:
         if self.follow_ground and self.terrain == LEVEL_GROUND:

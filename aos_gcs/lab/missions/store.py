@@ -40,21 +40,21 @@ class MissionsFolder(ResultLines):
 
 
 def reference_missions(path: Path, settings: MissionsSettings) -> tuple[str, list[MissionResult]]:
-    """Return the strategy and the missions of another study, with which one of these settings can be compared.
+    """Return the name and the missions of another study, with which one of these settings can be compared.
 
     Raises:
-        ConfigurationError: it holds no study, or one of other settings than the strategy.
+        ConfigurationError: it holds no study, or one of other settings than strategy and search mode.
         InputDataError: a line is damaged.
     """
     try:
         reference = MissionsSettings(**json.loads((path / SETTINGS_FILE).read_text(encoding="utf-8")))
     except (OSError, ValueError, TypeError) as error:
         raise ConfigurationError(f"--reference {path} holds no study of missions ({error}).") from error
-    if replace(reference, strategy=settings.strategy) != settings:
+    if replace(reference, strategy=settings.strategy, search_mode=settings.search_mode) != settings:
         raise ConfigurationError(
-            f"--reference {path} was flown with other settings ({reference}); only the strategy may differ."
+            f"--reference {path} was flown with other settings ({reference}); only strategy and search mode may differ."
         )
-    return reference.strategy, _results(path)
+    return reference.name, _results(path)
 
 
 def _results(path: Path) -> list[MissionResult]:
