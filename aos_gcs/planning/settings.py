@@ -75,7 +75,7 @@ class FlightSettings(_Positive):
 
 
 class SearchMode(StrEnum):
-    """How the swarm flies along its legs while nothing is in view."""
+    """Flight of the swarm along its legs while nothing is in view."""
 
     CONTINUOUS = "continuous"
     """It flies on at the search speed and takes frames on the way."""
@@ -85,7 +85,7 @@ class SearchMode(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class SearchSettings:
-    """How the area is searched."""
+    """Settings of the search."""
 
     mode: SearchMode = SearchMode.STOPS
 

@@ -38,7 +38,7 @@ class MissionsSettings:
     follow_ground: bool = False
     """Whether the altitude layers follow the ground; else they are level."""
     search_mode: str = ""
-    """How the swarm flies along its legs, ``continuous`` or ``stops``; empty: as missions do by default."""
+    """Flight along the legs, ``continuous`` or with ``stops``; empty: as missions do by default."""
 
     @property
     def name(self) -> str:

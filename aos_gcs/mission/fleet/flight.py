@@ -317,14 +317,6 @@ class FlightControl:
 
         return await self.command_each(self._roster.select(targets), goto, on_handed_over=on_handed_over)
 
-    def is_followed(self, record: WaypointRecord) -> bool:
-        """Return whether a vehicle flies to a waypoint already, at its speed."""
-        (member,) = self._roster.select([record.vehicle_id])
-        command, speed_mps = member.last_command, record.speed_mps or self._settings.cruise_speed_mps
-        if record.sent_enu_m is None or member.waypoint_enu_m is None or not isinstance(command, Goto):
-            return False
-        return command.speed_mps == speed_mps and bool(np.allclose(member.waypoint_enu_m, record.sent_enu_m, atol=0.05))
-
     def has_arrived(self, member: Member) -> bool:
         """Return whether the vehicle hovers at its waypoint, and heads where it was told to."""
         position_enu_m = self._roster.position_enu_m(member)

@@ -44,7 +44,7 @@ class SwarmPlace:
 
     vehicle_id: int
     position_enu_m: EnuPoint
-    """Where it is; where its frame was exposed in flight, the place of that."""
+    """Position; where its frame was exposed in flight, the place of that."""
     layer_height_m: float | None
 
 

@@ -59,9 +59,9 @@ class Exposures:
         self._tasks: dict[int, asyncio.Task[None]] = {}
         self._waiting: dict[int, deque[_Exposed]] = {}
         self._failures: dict[int, str] = {}
-        """Why a vehicle has delivered nothing since the round before."""
+        """Reason why a vehicle has delivered nothing since the round before."""
         self._last_at_s: dict[int, float] = {}
-        """When each vehicle's latest frame came, or its exposures began."""
+        """Time at which each vehicle's latest frame came, or its exposures began."""
         self._silent: dict[int, int] = {}
         """Rounds without each vehicle that has been named."""
         self._exposed: set[int] = set()

@@ -5,6 +5,8 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from aos_gcs.airspace.waypoints import WaypointRecord
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.model.phase import Phase
@@ -14,8 +16,9 @@ from aos_gcs.mission.search.sampling import Sample, Sampler
 from aos_gcs.mission.search.step_work import StepWork
 from aos_gcs.mission.search.vision import Vision
 from aos_gcs.planning.settings import MIN_SWARM, SearchMode
-from aos_gcs.ports import Hold, Severity
+from aos_gcs.ports import Goto, Hold, Severity
 
+_SAME_PLACE_M = 0.05
 _GIVE_WAY_S = 1.0
 """Longest time that other waypoints wait for the confirmation of those of a sweep."""
 
@@ -123,14 +126,18 @@ class _Flight:
         return self._exposures.leave_out(step, taken, reasons)
 
     def send(self, waypoints: Sequence[WaypointRecord]) -> None:
-        flight = self._context.flight
-        changed = [
-            one
-            for one in waypoints
-            if one.sent_enu_m is not None and (one.vehicle_id in self._unconfirmed or not flight.is_followed(one))
-        ]
+        changed = [one for one in waypoints if one.vehicle_id in self._unconfirmed or not self._is_followed(one)]
         if changed and (self._sending is None or self._sending.done()):
             self._sending = self._exposures.start(self._send(changed))
+
+    def _is_followed(self, waypoint: WaypointRecord) -> bool:
+        """Return whether a vehicle flies to a waypoint already, at its speed."""
+        (member,) = self._context.roster.select([waypoint.vehicle_id])
+        command = member.last_command
+        if waypoint.sent_enu_m is None or member.waypoint_enu_m is None or not isinstance(command, Goto):
+            return False
+        is_there = bool(np.allclose(member.waypoint_enu_m, waypoint.sent_enu_m, atol=_SAME_PLACE_M))
+        return is_there and command.speed_mps == waypoint.speed_mps
 
     async def give_way(self) -> None:
         if self._sending is not None:
