@@ -6,14 +6,10 @@ import json
 import logging
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final
 
 from aos_gcs.api.access.operator_file import FILE_NAME, OperatorFile
 from aos_gcs.config.model import ApiConfig
 from aos_gcs.runtime.sign_in import OperatorSecrets
-
-ALIVE_S: Final = 0.5
-"""Interval in which the process says that it is alive."""
 
 
 @dataclass(frozen=True, slots=True)

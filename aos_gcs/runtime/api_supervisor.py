@@ -1,44 +1,27 @@
-"""The interface in a process of its own, started and watched by the flight's: whatever it does, the flight goes on."""
+"""The dashboard in a process of its own."""
 
 from __future__ import annotations
 
 import asyncio
-import logging
-import os
-import signal
 import socket
-import sys
 from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager, suppress
+from contextlib import asynccontextmanager
 from typing import Final
 
 from aos_gcs.api.basemap_file import check_basemap
 from aos_gcs.api.listener import ServerAddress, listen
 from aos_gcs.bridge.host import MissionHost
-from aos_gcs.bridge.messages import framed
-from aos_gcs.errors import AosError, LinkError
 from aos_gcs.mission.control import MissionCommands, MissionView
-from aos_gcs.ports import Notice, Severity
+from aos_gcs.ports import Notice
 from aos_gcs.runtime.api_start import ApiStart
 from aos_gcs.runtime.sign_in import announce
+from aos_gcs.runtime.supervisor import Program, Supervisor
 
-_log = logging.getLogger(__name__)
-
-START_S: Final = 60.0
-"""Time for the process to import its modules, on a machine that is busy."""
-SILENT_S: Final = 10.0
-"""Silence after which it is replaced: its loop hangs, or it is stopped."""
-PAUSES_S: Final = (0.0, 1.0, 2.0, 5.0, 10.0, 30.0)
-"""Pauses before it is started again, by the number of failures since it last served clients for a minute."""
 _MODULE: Final = "aos_gcs.runtime.api_process"
-_STEADY_S: Final = 60.0
-_LOOK_S: Final = 0.5
-_GRACE_S: Final = 5.0
-"""Time for answers on their way when the service ends."""
 
 
 class ApiSupervisor:
-    """Starts the interface's process, connects it with the mission, and replaces it when it fails.
+    """The dashboard's process, and the port on which it serves clients.
 
     Args:
         start: what the process is told.
@@ -52,13 +35,7 @@ class ApiSupervisor:
     ) -> None:
         self._start = start
         self._listener = listener
-        self._notify = notify
-        self._module = module
-        loop = asyncio.get_running_loop()
-        self._host: asyncio.Future[MissionHost] = loop.create_future()
-        self._has_served: asyncio.Future[None] = loop.create_future()
-        self._is_heard = self._serves = False
-        self._running = asyncio.create_task(self._run())
+        self._supervisor = Supervisor(Program("The dashboard", module, start.to_json()), notify, [listener])
 
     @asynccontextmanager
     async def showing(self, view: MissionView, commands: MissionCommands) -> AsyncIterator[None]:
@@ -68,16 +45,9 @@ class ApiSupervisor:
             LinkError: the process cannot be started.
         """
         host = MissionHost(view, commands, asyncio.get_running_loop().time)
-        host.on_alive = self._on_alive
-        following = asyncio.create_task(host.run())
-        self._host.set_result(host)
-        try:
-            await asyncio.shield(self._has_served)
+        async with self._supervisor.following(host):
             announce(self.address, self._start.api, self._start.code)
             yield
-        finally:
-            await self.close()
-            following.cancel()
 
     @property
     def address(self) -> ServerAddress:
@@ -86,117 +56,7 @@ class ApiSupervisor:
 
     async def close(self) -> None:
         """End the process."""
-        self._running.cancel()
-        self._has_served.cancel()
-        await asyncio.wait({self._running})
-
-    def _on_alive(self, serves: bool) -> None:
-        self._is_heard = True
-        if not serves or self._serves:
-            return
-        self._serves = True
-        if self._has_served.done():
-            self._notify(Notice(Severity.INFO, "The dashboard is available again"))
-        else:
-            self._has_served.set_result(None)
-
-    # --- one process after the other ----------------------------------------------------------------------------------
-
-    async def _run(self) -> None:
-        """Keep a process running until cancelled, or until the first one has failed."""
-        loop, failures = asyncio.get_running_loop(), 0
-        while True:
-            began_s = loop.time()
-            self._is_heard = self._serves = False
-            reason = await self._serve_once()
-            if not self._has_served.done():
-                self._has_served.set_exception(LinkError(f"The dashboard cannot be started: {reason}; see the log."))
-                return
-            failures = 0 if loop.time() - began_s > _STEADY_S else failures + 1
-            text = f"The dashboard's process {reason} and is replaced. The mission goes on"
-            self._notify(Notice(Severity.WARNING, text))
-            await asyncio.sleep(PAUSES_S[min(max(failures - 1, 0), len(PAUSES_S) - 1)])
-
-    async def _serve_once(self) -> str:
-        """Run a process to its end, and return why it has ended."""
-        try:
-            process, control, lifeline = await self._launch()
-        except OSError as error:
-            return f"cannot be started ({error.strerror})"
-        reader, writer = await asyncio.open_connection(sock=control)
-        writer.write(framed(self._start.to_json()))
-        tasks = {
-            exited := asyncio.create_task(process.wait()),
-            watching := asyncio.create_task(self._watch()),
-            serving := asyncio.create_task(self._talk(reader, writer)),
-        }
-        try:
-            await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
-            if watching.done() or serving.done():
-                with suppress(TimeoutError):  # it may be on its way out, and its status says more
-                    await asyncio.wait_for(asyncio.shield(exited), 0.0 if watching.done() else _LOOK_S)
-            return _why(process.returncode, serving)
-        finally:
-            for task in tasks - {exited}:
-                task.cancel()
-            writer.transport.abort()
-            if not watching.done():
-                await asyncio.wait({exited}, timeout=_GRACE_S)
-            if process.returncode is None:
-                process.kill()
-            lifeline.close()
-            await asyncio.wait({exited}, timeout=_GRACE_S)
-
-    async def _launch(self) -> tuple[asyncio.subprocess.Process, socket.socket, socket.socket]:
-        """Start a process; return it, and our ends of its connection and its lifeline."""
-        control, theirs = socket.socketpair()
-        lifeline, their_lifeline = socket.socketpair()
-        fds = theirs.fileno(), their_lifeline.fileno(), self._listener.fileno()
-        path = os.pathsep.join(filter(None, sys.path))
-        with theirs, their_lifeline:
-            try:
-                process = await asyncio.create_subprocess_exec(
-                    *(sys.executable, "-P", "-m", self._module, *map(str, fds)),
-                    pass_fds=fds,
-                    stdin=asyncio.subprocess.DEVNULL,
-                    stdout=asyncio.subprocess.DEVNULL,
-                    env={**os.environ, "PYTHONPATH": path},
-                    start_new_session=True,
-                )
-            except OSError:
-                control.close()
-                lifeline.close()
-                raise
-        return process, control, lifeline
-
-    async def _talk(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        host = await asyncio.shield(self._host)
-        await host.serve(reader, writer)
-
-    async def _watch(self) -> None:
-        """Return when the process has been silent for too long.
-
-        Silence is counted in looks: after a stall of this process its messages are read before the next one.
-        """
-        await asyncio.shield(self._host)
-        silent_s, limit_s = 0.0, START_S
-        while silent_s < limit_s:
-            await asyncio.sleep(_LOOK_S)
-            silent_s += _LOOK_S
-            if self._is_heard:
-                silent_s, limit_s = 0.0, SILENT_S if self._serves else START_S
-            self._is_heard = False
-
-
-def _why(status: int | None, serving: asyncio.Task[None]) -> str:
-    if status is not None:
-        return f"has ended (status {status})" if status >= 0 else f"has ended ({signal.Signals(-status).name})"
-    if serving.done():
-        error = serving.exception()
-        if isinstance(error, AosError):
-            return f"has sent an unusable message ({error})"
-        return "has broken off the connection"
-    return "does not answer"
+        await self._supervisor.close()
 
 
 @asynccontextmanager

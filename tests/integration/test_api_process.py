@@ -15,7 +15,7 @@ from aos_gcs.config.model import ApiConfig
 from aos_gcs.errors import LinkError
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.ports import Severity
-from aos_gcs.runtime import api_supervisor
+from aos_gcs.runtime import api_supervisor, supervisor
 from aos_gcs.runtime.api_start import ApiStart
 from tests.fakes.api_process import CODE, Station, station
 from tests.fakes.app import OperatorClient
@@ -63,7 +63,7 @@ async def test_operators_command_a_flight_in_another_process_and_stay_signed_in_
 
 
 async def test_a_process_that_does_not_answer_is_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(api_supervisor, "SILENT_S", 2.0)
+    monkeypatch.setattr(supervisor, "SILENT_S", 2.0)
     async with station(tmp_path) as flight:
         os.kill(await flight.process_id(), signal.SIGSTOP)
         await flight.until_told("does not answer and is replaced")
