@@ -44,6 +44,11 @@ class LoopClock:
         return asyncio.timeout_at(self._start_loop_s + deadline_s / self._speed)
 
 
+def machine_utc_s() -> float:
+    """Return seconds since the Unix epoch by this machine's own clock, which jumps when it is set."""
+    return time.time()
+
+
 def today_utc() -> str:
     """Return the day in UTC, YYYY-MM-DD."""
     return datetime.fromtimestamp(time.time(), UTC).date().isoformat()

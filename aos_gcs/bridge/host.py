@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from typing import Any, Final
 
@@ -13,6 +13,7 @@ from aos_gcs.bridge.messages import MAX_REQUEST_BYTES, REQUESTS, pack, read_mess
 from aos_gcs.bridge.outbox import Outbox
 from aos_gcs.mission.control import MissionCommands, MissionView
 from aos_gcs.mission.model.events import Event, EventKind, NoticeRecord, PicturesRecord
+from aos_gcs.mission.model.sharing import ChannelStatus
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.steps import PictureKind
 from aos_gcs.mission.notices import notices_to_keep
@@ -35,12 +36,20 @@ class MissionHost:
         view: mission to show.
         commands: commands to it.
         now_s: real seconds of a clock that all processes of this machine share.
+        requests: messages that the interface may send, with their forms.
     """
 
-    def __init__(self, view: MissionView, commands: MissionCommands, now_s: Callable[[], float]) -> None:
+    def __init__(
+        self,
+        view: MissionView,
+        commands: MissionCommands,
+        now_s: Callable[[], float],
+        requests: Mapping[str, Any] = REQUESTS,
+    ) -> None:
         self._view = view
         self._commands = commands
         self._now_s = now_s
+        self._requests = requests
         self._notices: list[NoticeRecord] = []
         self._seq = 0
         self._published_at_s = now_s()
@@ -49,6 +58,8 @@ class MissionHost:
         self._sent_settings: MissionSettings | None = None
         self.on_alive: Callable[[bool], None] = lambda _: None
         """Called when the interface has said that it is alive, with whether it serves clients."""
+        self.on_sharing: Callable[[tuple[ChannelStatus, ...]], None] = lambda _: None
+        """Called with the states of live sharing."""
 
     async def run(self) -> None:
         """Follow the mission until cancelled."""
@@ -68,9 +79,11 @@ class MissionHost:
         sending = asyncio.create_task(self._send(outbox, writer))
         try:
             while (payload := await read_message(reader, MAX_REQUEST_BYTES)) is not None:
-                name, values = unpack(payload, REQUESTS)
+                name, values = unpack(payload, self._requests)
                 if name == "alive":
                     self.on_alive(*values)
+                elif name == "sharing":
+                    self.on_sharing(*values)
                 else:
                     calls.begin(name, *values)
                 await asyncio.sleep(PAUSE_S)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import asyncio
 import struct
+from collections.abc import Mapping
 from functools import cache
 from typing import Any, Final
 
@@ -18,6 +19,7 @@ from aos_gcs.mission.model.actions import Action, ActionResult, Seen
 from aos_gcs.mission.model.checks import PreflightCheck
 from aos_gcs.mission.model.events import EventKind, NoticeRecord, PicturesRecord, PlanRecord
 from aos_gcs.mission.model.findings import Finding, FindingChange
+from aos_gcs.mission.model.sharing import ChannelStatus
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.steps import Picture, StepRecord
 from aos_gcs.planning.plan import MissionPlan
@@ -37,6 +39,12 @@ REQUESTS: Final[dict[str, Any]] = {
     "alive": tuple[bool],
 }
 """Messages of the interface: commands with their numbers, and whether it serves clients, twice a second."""
+
+SHARING_REQUESTS: Final[dict[str, Any]] = {
+    "alive": tuple[bool],
+    "sharing": tuple[tuple[ChannelStatus, ...]],
+}
+"""Messages of live sharing, which commands nothing: that it works, and the states of its connections."""
 
 REPORTS: Final[dict[str, Any]] = {
     "welcome": tuple[float, MissionSnapshot, MissionSettings, tuple[NoticeRecord, ...]],
@@ -61,7 +69,7 @@ REPORTS: Final[dict[str, Any]] = {
 """Messages of the flight. A welcome, the steps and pictures so far and ``ready`` tell an interface everything anew;
 then come states, events and, by their numbers, what became of commands."""
 
-_FORMS: Final = REQUESTS | REPORTS
+_FORMS: Final = REQUESTS | SHARING_REQUESTS | REPORTS
 _CONFIG: Final = ConfigDict(ser_json_inf_nan="strings", ser_json_bytes="base64", val_json_bytes="base64")
 
 
@@ -79,7 +87,7 @@ def framed(payload: bytes) -> bytes:
     return _LENGTH.pack(len(payload)) + payload
 
 
-def unpack(payload: bytes, forms: dict[str, Any]) -> tuple[str, tuple[Any, ...]]:
+def unpack(payload: bytes, forms: Mapping[str, Any]) -> tuple[str, tuple[Any, ...]]:
     """Return the name and the values of a message of one of these forms.
 
     Raises:

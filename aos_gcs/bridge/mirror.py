@@ -17,6 +17,7 @@ from aos_gcs.mission.model.actions import Action, ActionResult, Seen
 from aos_gcs.mission.model.checks import PreflightCheck
 from aos_gcs.mission.model.events import Event, EventData, EventKind, JumpRecord, NoticeRecord
 from aos_gcs.mission.model.findings import Finding, FindingChange
+from aos_gcs.mission.model.sharing import ChannelStatus
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.steps import Picture, PictureKind, StepRecord
 from aos_gcs.mission.notices import notices_to_keep
@@ -74,6 +75,10 @@ class MissionMirror:
     def say_alive(self, serves: bool) -> None:
         """Tell the flight's process that this one works, and whether it serves clients."""
         self._writer.write(pack("alive", serves))
+
+    def tell_sharing(self, statuses: tuple[ChannelStatus, ...]) -> None:
+        """Tell the flight's process the states of live sharing; only the sharing process may."""
+        self._writer.write(pack("sharing", statuses))
 
     def close(self) -> None:
         """Close the connection."""

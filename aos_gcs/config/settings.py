@@ -37,6 +37,7 @@ from aos_gcs.planning.settings import (
     TerrainSettings,
 )
 from aos_gcs.planning.terrain import open_model
+from aos_gcs.sharing.settings import SharingSettings, TakSettings
 from aos_gcs.swarm.registry import make_strategy
 from aos_gcs.tracking.motion import MotionSettings
 from aos_gcs.tracking.tracker import TrackingSettings
@@ -97,6 +98,15 @@ def mission_settings(config: ServiceConfig) -> MissionSettings:
         _check_forest(settings, settings.forest)
     _check_plan(settings)
     return settings
+
+
+def sharing_settings(config: ServiceConfig) -> SharingSettings:
+    """Return the systems that a configuration shares with.
+
+    Raises:
+        ConfigurationError: a value cannot be used; the text names the field.
+    """
+    return SharingSettings(tak=None if config.tak is None else _build(TakSettings, "tak", config.tak))
 
 
 def _check_plan(settings: MissionSettings) -> None:

@@ -11,6 +11,7 @@ from aos_gcs.mission.acknowledgements import Acknowledgements
 from aos_gcs.mission.context import MissionContext
 from aos_gcs.mission.model.events import Event, EventKind
 from aos_gcs.mission.model.phase import Outcome, Phase, Suspension
+from aos_gcs.mission.model.sharing import ChannelStatus
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.steps import Picture, PictureKind, StepRecord
 from aos_gcs.mission.model.vehicles import VehicleSnapshot
@@ -69,6 +70,8 @@ class LiveView:
         self._gallery = gallery
         self._findings = findings
         self.acknowledgements = Acknowledgements()
+        self.sharing: tuple[ChannelStatus, ...] = ()
+        """States of live sharing, as its process reported them last."""
 
     def snapshot(self) -> MissionSnapshot:
         """Return the present state."""
@@ -106,6 +109,7 @@ class LiveView:
             command_count=self._context.order.count,
             follows_ground=settings.layers_follow_ground,
             started_utc_s=journal.started_utc_s,
+            sharing=self.sharing,
         )
 
     def _vehicles(self) -> tuple[VehicleSnapshot, ...]:

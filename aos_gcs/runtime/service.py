@@ -6,7 +6,7 @@ import asyncio
 import platform
 import shutil
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager, nullcontext
+from contextlib import AbstractAsyncContextManager, asynccontextmanager, nullcontext
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
@@ -14,16 +14,18 @@ from pathlib import Path
 
 from aos_gcs.clock import LoopClock
 from aos_gcs.config.model import ServiceConfig
-from aos_gcs.config.settings import mission_settings
+from aos_gcs.config.settings import mission_settings, sharing_settings
 from aos_gcs.mission.coordinator import Coordinator
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal
+from aos_gcs.mission.model.sharing import ChannelStatus
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.next_sortie import NextSortie
 from aos_gcs.ports import DriverContext
 from aos_gcs.runtime.api_start import ApiStart
 from aos_gcs.runtime.api_supervisor import open_api_process
 from aos_gcs.runtime.drivers import load_driver
+from aos_gcs.runtime.sharing_supervisor import SharingSupervisor, open_sharing_process
 from aos_gcs.runtime.sign_in import operator_secrets
 from aos_gcs.runtime.workers import ANALYSIS, DECODING
 from aos_gcs.store.last_mission import former_flight, unfinished_mission
@@ -80,6 +82,7 @@ async def open_service(config: ServiceConfig, following: NextSortie | None = Non
         LinkError: a link or the dashboard's port cannot be opened; nothing is left behind.
     """
     settings = mission_settings(config) if following is None else following.settings
+    receivers = sharing_settings(config)
     open_driver = load_driver(config.link.driver)
     secrets = operator_secrets(config.api, config.record.folder)
     clock = LoopClock(config.clock_speed)
@@ -96,6 +99,7 @@ async def open_service(config: ServiceConfig, following: NextSortie | None = Non
     try:
         async with (
             open_api_process(start, journal.take) as api,
+            open_sharing_process(receivers, journal.take) as sharing,
             open_worker(ANALYSIS) as imaging,
             open_worker(DECODING) as decoding,
             MissionRecorder.create(
@@ -131,12 +135,22 @@ async def open_service(config: ServiceConfig, following: NextSortie | None = Non
                 )
                 if unfinished is not None:
                     mission.auto_start.cancel(f"the last mission, {unfinished}, did not end: vehicles may still fly")
-                async with nullcontext() if api is None else api.showing(mission.view, mission.commands):
+                async with (
+                    nullcontext() if api is None else api.showing(mission.view, mission.commands),
+                    nullcontext() if sharing is None else _handed_over(sharing, mission),
+                ):
                     opened = True
                     yield Service(mission, folder, journal, recorder)
     finally:
         if not opened:
             shutil.rmtree(folder, ignore_errors=True)
+
+
+def _handed_over(sharing: SharingSupervisor, mission: Coordinator) -> AbstractAsyncContextManager[None]:
+    def show(statuses: tuple[ChannelStatus, ...]) -> None:
+        mission.view.sharing = statuses
+
+    return sharing.following(mission.view, mission.commands, show)
 
 
 def _manifest(config: ServiceConfig, started: datetime, following: NextSortie | None) -> dict[str, object]:

@@ -31,6 +31,7 @@ from aos_gcs.planning.settings import (
     RegistrationSettings,
     SearchSettings,
 )
+from aos_gcs.sharing.settings import TakSettings
 from aos_gcs.tracking.motion import MotionSettings
 from aos_gcs.tracking.tracker import TrackingSettings
 
@@ -49,6 +50,7 @@ SECTIONS = {
     "autofocus": AutofocusSettings,
     "registration": RegistrationSettings,
     "forest": ForestSettings,
+    "tak": TakSettings,
     "safety": SafetyLimits,
     "deadlines": Deadlines,
     "api": ApiConfig,

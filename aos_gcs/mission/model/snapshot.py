@@ -8,6 +8,7 @@ from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.mission.model.checks import PreflightCheck
 from aos_gcs.mission.model.findings import Finding, TargetEstimate
 from aos_gcs.mission.model.phase import Outcome, Phase, Suspension
+from aos_gcs.mission.model.sharing import ChannelStatus
 from aos_gcs.mission.model.steps import FocusSnapshot
 from aos_gcs.mission.model.vehicles import VehicleSnapshot
 
@@ -72,3 +73,5 @@ class MissionSnapshot:
     """Whether the altitude layers follow the ground of an elevation model."""
     started_utc_s: float | None = None
     """Clock time of the start; None before it, in older records and in surveys."""
+    sharing: tuple[ChannelStatus, ...] = ()
+    """Systems that data is shared with; empty where none is configured, and in older records."""

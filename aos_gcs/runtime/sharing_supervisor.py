@@ -1,0 +1,88 @@
+"""Live sharing in a process of its own: the flight never waits for the systems of others."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from typing import Final
+
+from aos_gcs.bridge.host import MissionHost
+from aos_gcs.bridge.messages import SHARING_REQUESTS
+from aos_gcs.bridge.quiet_view import QuietView
+from aos_gcs.mission.control import MissionCommands, MissionView
+from aos_gcs.mission.model.sharing import ChannelStatus
+from aos_gcs.ports import Notice
+from aos_gcs.runtime.sharing_process import SharingStart
+from aos_gcs.runtime.supervisor import Program, Supervisor
+from aos_gcs.sharing.service import check_sharing
+from aos_gcs.sharing.settings import SharingSettings
+from aos_gcs.sharing.watch import SharingWatch
+
+_MODULE: Final = "aos_gcs.runtime.sharing_process"
+_STATE_S: Final = 0.45
+"""Shortest time between two states that the process is told: findings are shared within half a second."""
+
+
+class SharingSupervisor:
+    """Live sharing's process.
+
+    Args:
+        settings: systems to share with.
+        notify: takes notices for operators.
+    """
+
+    def __init__(self, settings: SharingSettings, notify: Callable[[Notice], None]) -> None:
+        start = SharingStart(settings).to_json()
+        self._notify = notify
+        self._supervisor = Supervisor(Program("Live sharing", _MODULE, start), notify)
+
+    @asynccontextmanager
+    async def following(
+        self, view: MissionView, commands: MissionCommands, show: Callable[[tuple[ChannelStatus, ...]], None]
+    ) -> AsyncIterator[None]:
+        """Hand a mission over for as long as the context is entered.
+
+        Args:
+            view: mission to share.
+            commands: has the settings of the mission; the process commands nothing.
+            show: takes the states of the channels, about once a second.
+
+        Raises:
+            LinkError: the process cannot be started.
+        """
+        now_s = asyncio.get_running_loop().time
+        watch = SharingWatch(self._notify, now_s)
+
+        def take(statuses: tuple[ChannelStatus, ...]) -> None:
+            watch.look(statuses)
+            show(statuses)
+
+        host = MissionHost(QuietView(view, _STATE_S, now_s), commands, now_s, SHARING_REQUESTS)
+        host.on_sharing = take
+        async with self._supervisor.following(host):
+            yield
+
+    async def close(self) -> None:
+        """End the process."""
+        await self._supervisor.close()
+
+
+@asynccontextmanager
+async def open_sharing_process(
+    settings: SharingSettings, notify: Callable[[Notice], None]
+) -> AsyncIterator[SharingSupervisor | None]:
+    """Start live sharing's process for as long as the context is entered, unless nothing is shared.
+
+    Raises:
+        ConfigurationError: a file that it needs cannot be used.
+    """
+    if not settings.any:
+        yield None
+        return
+    check_sharing(settings)
+    supervisor = SharingSupervisor(settings, notify)
+    try:
+        yield supervisor
+    finally:
+        await supervisor.close()

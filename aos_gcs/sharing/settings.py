@@ -1,0 +1,100 @@
+"""Settings of live sharing."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+from urllib.parse import urlsplit
+
+from aos_gcs.errors import ConfigurationError
+
+_NAME = re.compile(r"[\w .-]{1,32}")
+
+
+class TakTransport(StrEnum):
+    """Transport of Cursor on Target."""
+
+    UDP = "udp"
+    TCP = "tcp"
+    TLS = "tls"
+
+
+@dataclass(frozen=True, slots=True)
+class TakSettings:
+    """The connection to TAK."""
+
+    url: str
+    """``udp://239.2.3.1:6969`` (multicast, or one receiver), ``tcp://host:8087`` or ``tls://host:8089``."""
+    name: str = "aos-gcs"
+    """Name of this station, which begins the call signs; another one for each station."""
+    ca_file: str | None = None
+    """Certificates (PEM) that the server's is signed by; needed for ``tls``."""
+    certificate_file: str | None = None
+    """Our certificate (PEM), where the server asks for one."""
+    key_file: str | None = None
+    """Its private key (PEM, without a passphrase)."""
+    server_name: str | None = None
+    """Name in the server's certificate; by default the host of ``url``."""
+    interface: str | None = None
+    """Address of the network interface that multicast leaves by; by default the system's choice."""
+    geoid: str | None = None
+    """PROJ's grid of the geoid EGM96; by default looked for in PROJ's folders."""
+
+    def __post_init__(self) -> None:
+        transport = self.transport  # Refused here, as are host and port.
+        if not self.address[0]:
+            raise ConfigurationError("url has no host; write it like udp://239.2.3.1:6969.")
+        if not _NAME.fullmatch(self.name):
+            raise ConfigurationError("name must have 1 to 32 letters, digits, blanks, dots or dashes.")
+        files = {"ca_file": self.ca_file, "certificate_file": self.certificate_file, "key_file": self.key_file}
+        if transport is not TakTransport.TLS:
+            for field, value in (files | {"server_name": self.server_name}).items():
+                if value is not None:
+                    raise ConfigurationError(f"{field} is for tls:// only; take it out, or change url.")
+        elif self.ca_file is None:
+            raise ConfigurationError("tls:// needs ca_file: the certificate that the server's is signed by.")
+        elif (self.certificate_file is None) != (self.key_file is None):
+            raise ConfigurationError("give certificate_file and key_file together.")
+        if self.interface is not None and transport is not TakTransport.UDP:
+            raise ConfigurationError("interface is for udp:// only.")
+
+    @property
+    def transport(self) -> TakTransport:
+        """Transport that the URL names."""
+        scheme = urlsplit(self.url).scheme
+        if scheme not in set(TakTransport):
+            raise ConfigurationError(f"url must begin with udp://, tcp:// or tls://, not {scheme or 'nothing'}.")
+        return TakTransport(scheme)
+
+    @property
+    def address(self) -> tuple[str, int]:
+        """Host and port."""
+        parts = urlsplit(self.url)
+        try:
+            port = parts.port
+        except ValueError:
+            port = None
+        if not port:
+            raise ConfigurationError("url needs a port from 1 to 65535, such as :8089.")
+        return parts.hostname or "", port
+
+
+@dataclass(frozen=True, slots=True)
+class SharingSettings:
+    """All Systems that data is shared with; None where it is not."""
+
+    tak: TakSettings | None = None
+
+    @classmethod
+    def from_tables(cls, tables: Mapping[str, Mapping[str, Any] | None]) -> SharingSettings:
+        """Return the settings of checked tables, one per system."""
+        tak = tables.get("tak")
+        return cls(tak=None if tak is None else TakSettings(**tak))
+
+    @property
+    def any(self) -> bool:
+        """Whether there is any."""
+        return self.tak is not None

@@ -1,0 +1,1 @@
+"""Cursor on Target, for ATAK, WinTAK, iTAK and TAK servers."""

@@ -1,0 +1,130 @@
+"""Sharing with TAK over real connections: in its own process, to a server that is restarted, by certificates."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import ssl
+import time
+from collections.abc import AsyncIterator
+from contextlib import AsyncExitStack, asynccontextmanager
+from pathlib import Path
+
+import pytest
+
+from aos_gcs.clock import LoopClock
+from aos_gcs.mission.model.findings import FindingChange, FindingStatus
+from aos_gcs.mission.model.sharing import ChannelState, ChannelStatus
+from aos_gcs.ports import Notice
+from aos_gcs.runtime.sharing_supervisor import open_sharing_process
+from aos_gcs.sharing.channel import ChannelError
+from aos_gcs.sharing.settings import SharingSettings, TakSettings
+from aos_gcs.sharing.tak import connection
+from aos_gcs.sharing.tak.channel import TakChannel
+from tests.fakes.bridge import connected
+from tests.fakes.mission import ScriptedMission
+from tests.fakes.sharing import TakServer, make_authority, make_certificate, seen
+from tests.timing import scaled_s
+
+FINDING = "aos-gcs.scripted-1.finding.1"
+
+
+async def test_findings_reach_a_server_that_is_restarted_and_leave_it_when_they_are_rejected() -> None:
+    mission, notices, statuses = ScriptedMission(LoopClock()), list[Notice](), list[ChannelStatus]()
+    server = TakServer(time.time)
+    async with AsyncExitStack() as stack, AsyncExitStack() as first:
+        await stack.enter_async_context(asyncio.timeout(scaled_s(40.0)))
+        port = await first.enter_async_context(server.listening())
+        settings = SharingSettings(TakSettings(f"tcp://127.0.0.1:{port}"))
+        sharing = await stack.enter_async_context(open_sharing_process(settings, notices.append))
+        assert sharing is not None
+        await stack.enter_async_context(sharing.following(mission, mission, statuses.extend))
+        flying = asyncio.create_task(mission.run())
+        stack.callback(flying.cancel)
+        found = await mission.add_finding((10.0, 20.0, 0.0), "jacket", operator="Ada")
+        await server.until(lambda: {"aos-gcs.vehicle.1", FINDING} <= set(server.uids()))
+        await server.until(lambda: statuses[-1].state is ChannelState.CONNECTED)
+        await first.aclose()
+        await server.until(lambda: statuses[-1].state is ChannelState.FAILED)
+        await mission.change_finding(found.finding_id, FindingChange(FindingStatus.REJECTED), operator="Ada")
+        server.events.clear()
+        await stack.enter_async_context(server.listening(port))
+        await server.until(lambda: {f"{FINDING}.delete", "aos-gcs.area"} <= set(server.uids()))
+        assert FINDING not in server.uids()
+        await server.until(lambda: statuses[-1].state is ChannelState.CONNECTED)
+    assert any("Sharing with TAK" in notice.text and "Connected" in notice.text for notice in notices)
+
+
+@asynccontextmanager
+async def running(settings: TakSettings) -> AsyncIterator[TakChannel]:
+    channel = TakChannel(settings, None, asyncio.get_running_loop().time, time.time)
+    channel.put(seen(published_at_s=math.inf))
+    task = asyncio.create_task(channel.run())
+    try:
+        async with asyncio.timeout(scaled_s(30.0)):
+            yield channel
+    finally:
+        task.cancel()
+        await asyncio.wait({task})
+
+
+async def until(channel: TakChannel, text: str) -> ChannelState:
+    while text not in channel.status.text:  # noqa: ASYNC110 - nothing announces it
+        await asyncio.sleep(0.02)
+    return channel.status.state
+
+
+async def test_a_server_that_takes_nothing_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(connection, "TAKE_S", 0.2)
+    (reader, writer), (_, far_writer) = await connected()
+    stream = connection.Stream(reader, writer)
+    with pytest.raises(ChannelError, match="has taken nothing"):
+        await stream.send([b"x" * 10_000_000])
+    await stream.close()
+    far_writer.close()
+
+
+@pytest.fixture(scope="module")
+def certificates(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("certificates")
+    make_authority(folder, "team")
+    make_authority(folder, "stranger")
+    for authority, name in (("team", "server"), ("team", "station"), ("stranger", "intruder")):
+        make_certificate(folder, authority, name)
+    return folder
+
+
+def server_context(folder: Path) -> ssl.SSLContext:
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    context.load_cert_chain(folder / "server.pem", folder / "server.key")
+    context.load_verify_locations(folder / "team.pem")
+    context.verify_mode = ssl.CERT_REQUIRED
+    return context
+
+
+@pytest.mark.parametrize(
+    ("fields", "text", "state"),
+    [
+        ({"certificate": "station"}, "Connected", ChannelState.CONNECTED),
+        ({"certificate": "station", "ca_file": "stranger.pem"}, "not signed by tak.ca_file", ChannelState.REFUSED),
+        ({"certificate": "station", "server_name": "tak.example"}, "for another name", ChannelState.REFUSED),
+        ({"certificate": "intruder"}, "check that it accepts tak.certificate_file", ChannelState.REFUSED),
+        ({}, "check that it accepts tak.certificate_file", ChannelState.REFUSED),
+    ],
+)
+async def test_certificates_that_do_not_fit_are_named(
+    certificates: Path, fields: dict[str, str], text: str, state: ChannelState
+) -> None:
+    name = fields.get("certificate")
+    server = TakServer(time.time)
+    async with server.listening(ssl=server_context(certificates)) as port:
+        settings = TakSettings(
+            f"tls://127.0.0.1:{port}",
+            ca_file=str(certificates / fields.get("ca_file", "team.pem")),
+            certificate_file=None if name is None else str(certificates / f"{name}.pem"),
+            key_file=None if name is None else str(certificates / f"{name}.key"),
+            server_name=fields.get("server_name"),
+        )
+        async with running(settings) as channel:
+            assert await until(channel, text) is state
+    assert bool(server.events) == (state is ChannelState.CONNECTED)
