@@ -95,6 +95,12 @@ export interface GridLine {
   isMajor: boolean;
 }
 
+/** Smallest of the spacings 10, 20, 50, 100 m and so on that is not below this one. */
+export function spacingOf(least_m: number): number {
+  const power = 10 ** Math.max(1, Math.floor(Math.log10(least_m)));
+  return [1, 2, 5].map((factor) => factor * power).find((spacing_m) => spacing_m >= least_m) ?? 10 * power;
+}
+
 /** Lines every `spacing_m` within the bounds, at whole multiples; every fifth is a major one. */
 export function gridLines(bounds: Bounds, spacing_m: number): GridLine[] {
   const lines: GridLine[] = [];

@@ -47,6 +47,15 @@ export class FakeMap {
   setPaintProperty(id: string, name: string, value: unknown): void {
     this.setLayoutProperty(id, name, value);
   }
+  /** South-west and north-east of what the map shows, in degrees from its origin. */
+  reach_deg = 0.002;
+  getBounds() {
+    const at = (sign: number) => ({
+      lng: ORIGIN.longitude_deg + sign * this.reach_deg,
+      lat: ORIGIN.latitude_deg + sign * this.reach_deg,
+    });
+    return { getSouthWest: () => at(-1), getNorthEast: () => at(1) };
+  }
   on() {
     return { unsubscribe: () => undefined };
   }

@@ -1,5 +1,5 @@
 import { describe, expect, test } from "vitest";
-import { boundsOf, circle, ellipse, gridLines, toEnu, toLngLat } from "../src/geometry";
+import { boundsOf, circle, ellipse, gridLines, spacingOf, toEnu, toLngLat } from "../src/geometry";
 
 const ORIGIN = { latitude_deg: 48.3358, longitude_deg: 14.3263, altitude_amsl_m: 262 };
 
@@ -40,4 +40,8 @@ test("grid lines lie at whole multiples, every fifth is a major one", () => {
   const vertical = lines.filter((line) => line.from[0] === line.to[0]);
   expect(vertical.map((line) => line.from[0])).toEqual([-10, 0, 10, 20, 30, 40, 50]);
   expect(vertical.filter((line) => line.isMajor).map((line) => line.from[0])).toEqual([0, 50]);
+});
+
+test("the grid's spacings are round", () => {
+  expect([0.1, 10, 11, 21, 51, 101, 499, 501].map(spacingOf)).toEqual([10, 10, 20, 50, 100, 200, 500, 1000]);
 });

@@ -104,7 +104,7 @@ export class MapView {
     this.located = located;
   }
 
-  /** Show all vehicles, their waypoints, the search area, and more places. */
+  /** Show all vehicles, their waypoints, the search area, the geofence, and more places. */
   fitFleet(more: readonly EnuPoint[] = []): void {
     if (this.scene === null) return;
     const { mission, origin } = this.scene;
@@ -160,5 +160,9 @@ const EMPTY_STYLE: StyleSpecification = { version: 8, sources: {}, layers: [] };
 /** Points that "Fit to fleet" shows. */
 function fleetPoints(mission: Mission): EnuPoint[] {
   const moving = mission.vehicles.flatMap(({ position, waypoint }) => [position, waypoint]);
-  return [...moving.filter((place): place is Position => place !== null).map(enu), ...mission.area.map(enu)];
+  return [
+    ...moving.filter((place): place is Position => place !== null).map(enu),
+    ...mission.area.map(enu),
+    ...mission.fence.map(enu),
+  ];
 }
