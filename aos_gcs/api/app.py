@@ -21,10 +21,12 @@ from aos_gcs.api.models.service import CapabilitiesModel
 from aos_gcs.api.once import Once
 from aos_gcs.api.openapi import add_routes, make_document
 from aos_gcs.api.page import add_page
+from aos_gcs.api.relief_maps import ReliefMaps
 from aos_gcs.api.routers.plans import IMPORT_PATH
 from aos_gcs.handover.model import HandoverControl
 from aos_gcs.mission.control import FindingCommands, MissionCommands, MissionView, ReplayControl
 from aos_gcs.mission.viewing import ViewControl
+from aos_gcs.planning.settings import TerrainSettings
 from aos_gcs.store.plan_folder import PlanFolder
 
 
@@ -50,6 +52,7 @@ def create_app(
     handovers: HandoverControl | None = None,
     plans_folder: Path = Path("plans"),
     basemap_file: Path | None = None,
+    terrain: TerrainSettings | None = None,
     upstream: Upstream | None = None,
     now_s: Callable[[], float] = loop_time_s,
 ) -> FastAPI:
@@ -68,6 +71,7 @@ def create_app(
         handovers: hand-overs of its record; None where there is none.
         plans_folder: folder of saved plans.
         basemap_file: a PMTiles file to show below the mission; without one the page has a metric grid.
+        terrain: elevation model of a mission that cannot be commanded; others tell theirs.
         upstream: process in which the mission flies; None: this one.
         now_s: clock in real seconds, for the mission's silence and the wait after wrong codes.
     """
@@ -80,6 +84,8 @@ def create_app(
     app.state.viewer = viewer
     app.state.handovers = handovers
     app.state.basemap_file = basemap_file
+    app.state.terrain = terrain
+    app.state.reliefs = ReliefMaps()
     app.state.plans = PlanFolder(plans_folder)
     app.state.plan_checks = PlanChecks()
     capabilities = CapabilitiesModel(

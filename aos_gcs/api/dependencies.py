@@ -14,11 +14,13 @@ from aos_gcs.api.convert.seen import parse_seen
 from aos_gcs.api.errors import NotFoundError, SeenMissingError
 from aos_gcs.api.events.hub import EventHub
 from aos_gcs.api.once import Once
+from aos_gcs.api.relief_maps import ReliefMaps
 from aos_gcs.errors import MissionError
 from aos_gcs.handover.model import HandoverControl
 from aos_gcs.mission.control import FindingCommands, MissionCommands, MissionView, ReplayControl
 from aos_gcs.mission.model.actions import Seen
 from aos_gcs.mission.viewing import ViewControl
+from aos_gcs.planning.settings import TerrainSettings
 from aos_gcs.store.plan_folder import PlanFolder
 
 _SEEN = "State of the mission by which this command is given: `seen` of an event, or this header of GET /api/mission."
@@ -120,8 +122,20 @@ def _get_basemap_file(connection: HTTPConnection) -> Path | None:
     return cast("Path | None", connection.app.state.basemap_file)
 
 
+def _get_terrain(connection: HTTPConnection) -> TerrainSettings | None:
+    commands = cast("MissionCommands | None", connection.app.state.commands)
+    recorded = cast("TerrainSettings | None", connection.app.state.terrain)
+    return recorded if commands is None else commands.settings.terrain
+
+
+def _get_reliefs(connection: HTTPConnection) -> ReliefMaps:
+    return cast("ReliefMaps", connection.app.state.reliefs)
+
+
 BasemapFile = Annotated[Path | None, Depends(_get_basemap_file)]
 OnceOnly = Annotated[Once, Depends(once_of)]
+Terrain = Annotated[TerrainSettings | None, Depends(_get_terrain)]
+Reliefs = Annotated[ReliefMaps, Depends(_get_reliefs)]
 Replay = Annotated[ReplayControl, Depends(_get_replay)]
 Viewer = Annotated[ViewControl, Depends(_get_viewer)]
 Handovers = Annotated[HandoverControl, Depends(_get_handovers)]

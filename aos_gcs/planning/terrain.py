@@ -67,10 +67,10 @@ def open_model(settings: TerrainSettings) -> ElevationModel:
         ConfigurationError: a setting cannot be used, or a library is missing.
         InputDataError: a file cannot be used.
     """
-    return _open_model(settings, _versions(settings))
+    return _open_model(settings, file_versions(settings))
 
 
-def _versions(settings: TerrainSettings) -> FileVersions:
+def file_versions(settings: TerrainSettings) -> FileVersions:
     """Return what changes when a file is replaced; one that is gone has no version."""
     paths = [path for path in map(Path, settings.files) if path.is_file()]
     return tuple((str(path), path.stat().st_mtime_ns, path.stat().st_size) for path in paths)
@@ -101,13 +101,18 @@ def ground_within(settings: TerrainSettings, origin: GeodeticPosition, bounds: E
         ConfigurationError: a setting cannot be used, or a library is missing.
         InputDataError: a file cannot be used or read.
     """
-    return _ground_within(settings, _versions(settings), origin, bounds)
+    return _ground_within(settings, file_versions(settings), origin, bounds)
 
 
 @lru_cache(maxsize=2)
 def _ground_within(
     settings: TerrainSettings, _versions: FileVersions, origin: GeodeticPosition, bounds: EnuBounds
 ) -> GroundRaster:
+    return read_ground(settings, origin, bounds)
+
+
+def read_ground(settings: TerrainSettings, origin: GeodeticPosition, bounds: EnuBounds) -> GroundRaster:
+    """Return the ground within a rectangle, as ``ground_within`` does, and keep nothing of it."""
     model = open_model(settings)
     nodes_m = bounds.nodes(_NODES)
     latitudes, longitudes, drops_m = _level_places(LocalFrame(origin), nodes_m)

@@ -14,6 +14,7 @@ from aos_gcs.config.model import ApiConfig
 from aos_gcs.handover.model import HandoverControl
 from aos_gcs.mission.control import FindingCommands, MissionView, ReplayControl
 from aos_gcs.mission.viewing import ViewControl
+from aos_gcs.planning.settings import TerrainSettings
 from aos_gcs.runtime.sign_in import OperatorSecrets, announce
 
 
@@ -62,6 +63,7 @@ async def open_dashboard(
     replay: ReplayControl | None = None,
     viewer: ViewControl | None = None,
     handovers: HandoverControl | None = None,
+    terrain: TerrainSettings | None = None,
 ) -> AsyncIterator[None]:
     """Serve the dashboard of a mission that is only shown, for as long as the context is entered.
 
@@ -73,6 +75,7 @@ async def open_dashboard(
         replay: control of the replay.
         viewer: views of recorded frames.
         handovers: hand-overs of the record.
+        terrain: elevation model of the mission.
 
     Raises:
         LinkError: its port cannot be opened.
@@ -90,6 +93,7 @@ async def open_dashboard(
         handovers=handovers,
         plans_folder=config.plans_folder,
         basemap_file=config.basemap,
+        terrain=terrain,
     )
     async with serve(app, config.host, config.port) as address:
         announce(address, config, operators.code)

@@ -11,9 +11,7 @@ from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import ParamSpec, TypeVar
 
-from aos_gcs.config.file import parse_config
-from aos_gcs.config.settings import mission_settings
-from aos_gcs.errors import ConfigurationError, WorkerError
+from aos_gcs.errors import WorkerError
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.viewing import (
     FocusFound,
@@ -27,6 +25,7 @@ from aos_gcs.mission.viewing import (
 )
 from aos_gcs.planning.settings import AutofocusSettings
 from aos_gcs.ports import ThreadWorker, Worker
+from aos_gcs.runtime.recorded_settings import recorded_settings
 from aos_gcs.runtime.step_views import ViewSource, describe_step, find_height, view_frame, view_step
 from aos_gcs.store.reader import MissionReader
 
@@ -110,9 +109,7 @@ def view_source(reader: MissionReader) -> ViewSource:
 
     A record of another version, whose settings mean nothing to this one, is seen with the usual settings.
     """
-    configuration = reader.manifest().get("configuration")
-    try:
-        settings = mission_settings(parse_config(configuration if isinstance(configuration, dict) else {}))
-    except ConfigurationError:
+    settings = recorded_settings(reader)
+    if settings is None:
         return ViewSource(reader.folder, ImagingSettings(), AutofocusSettings().reach_m)
     return ViewSource(reader.folder, settings.imaging, settings.autofocus.reach_m)

@@ -10,12 +10,15 @@ from pathlib import Path
 
 import pytest
 from PIL import Image
-from playwright.async_api import Page
+from playwright.async_api import Page, expect
 
+from aos_gcs.api.app import create_app
 from tests.browser.conftest import PageRecord, serving
 from tests.browser.map_places import map_places, place, show_only
 from tests.browser.pages import open_page
 from tests.fakes.app import app_of
+from tests.fakes.relief import terrain, write_relief
+from tests.fakes.scripted_vehicle import ORIGIN
 from tests.fakes.tiles import MVT, PNG, Shape, pmtiles, tile_at, vector_tile
 
 pytestmark = pytest.mark.asyncio(loop_scope="session")
@@ -117,3 +120,27 @@ async def test_the_map_lies_on_vectors_at_their_true_places(
             assert await places.colour(*outside) == background
         assert page_record.errors == []
         assert page_record.foreign_requests == []
+
+
+async def test_contour_lines_and_shading_lie_where_the_ground_has_their_height(
+    map_page: Page, tmp_path: Path, page_record: PageRecord
+) -> None:
+    """Over a slope of 10 %, at whose foot in the south the origin lies 262 m above the sea: a line every 20 m."""
+    pytest.importorskip("rasterio")
+    ground = terrain(write_relief(tmp_path / "slope.tif", lambda _, north: 0.1 * north, origin=ORIGIN))
+    async with serving(partial(create_app, terrain=ground)) as service:
+        await open_page(map_page, service.url)
+        places = await map_places(map_page)
+        await show_only(map_page)
+        await map_page.get_by_test_id("map-layers").click()
+        switch = map_page.get_by_test_id("layer-contours")
+        await expect(switch).to_be_visible()
+        background = await places.colour(-30.0, 50.0)
+        await switch.check()
+        for north_m in (20.0, 40.0, 60.0):
+            await places.await_line(-40.0, north_m, background)
+            assert await places.colour(-40.0, north_m + 10.0) == background
+        await switch.uncheck()
+        await map_page.get_by_test_id("layer-shading").check()
+        await places.await_line(-30.0, 50.0, background)  # ground that falls towards the south lies in the shade
+        assert page_record.errors == []

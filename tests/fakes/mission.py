@@ -28,7 +28,7 @@ from aos_gcs.mission.phases import check_action
 from aos_gcs.mission.preflight.checks import failed, passed
 from aos_gcs.mission.search.findings import Findings
 from aos_gcs.planning.plan import MissionPlan, apply_plan
-from aos_gcs.planning.settings import MissionSettings
+from aos_gcs.planning.settings import MissionSettings, TerrainSettings
 from aos_gcs.ports import Clock, FlightMode, Severity
 from tests.fakes.pictures import paint
 from tests.fakes.scripted_vehicle import ORIGIN, SILENT_ID, TARGET_ENU_M, ScriptedVehicle
@@ -46,9 +46,10 @@ class ScriptedMission:
     Args:
         clock: stamps the events.
         vehicles: ids from 1; one is never heard, one refuses to return.
+        terrain: elevation model of the ground.
     """
 
-    def __init__(self, clock: Clock, vehicles: int = 8) -> None:
+    def __init__(self, clock: Clock, vehicles: int = 8, terrain: TerrainSettings | None = None) -> None:
         self.stream = EventStream(clock)
         self.actions: list[tuple[Action, tuple[int, ...] | None]] = []
         self.overrides: dict[tuple[int, str], CheckOverride] = {}
@@ -65,7 +66,7 @@ class ScriptedMission:
         self.focus = FocusSnapshot(0.0, FocusSource.CONFIGURED, None)
         self.elapsed_s = 0.0
         self._started_utc_s: float | None = None
-        self._settings = MissionSettings(vehicles, AREA_ENU_M, ImagingSettings())
+        self._settings = MissionSettings(vehicles, AREA_ENU_M, ImagingSettings(), terrain=terrain)
         self._phase_s = 0.0
         self._since_step_s = 0.0
         self._chosen = frozenset(range(1, vehicles + 1))

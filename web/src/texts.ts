@@ -191,6 +191,8 @@ export const texts = {
     cursor: "Cursor position",
     layer: {
       basemap: "Base map",
+      shading: "Hill shading",
+      contours: "Contour lines (above sea level)",
       grid: "Metric grid",
       area: "Search area, geofence, no-go zones",
       legs: "Scan legs",

@@ -1,15 +1,17 @@
+import type { LineString } from "geojson";
 import { afterEach, expect, test, vi } from "vitest";
 import { areaLayer } from "../src/map/layers/area";
 import { gridLayer } from "../src/map/layers/grid";
 import { homesLayer } from "../src/map/layers/homes";
 import { heightsLayer } from "../src/map/layers/heights";
 import { pictureLayer } from "../src/map/layers/picture";
+import { contoursLayer, shadingLayer } from "../src/map/layers/relief";
 import { targetsLayer } from "../src/map/layers/targets";
 import { trailsLayer } from "../src/map/layers/trails";
 import { vehiclesLayer } from "../src/map/layers/vehicles";
 import { waypointsLayer } from "../src/map/layers/waypoints";
 import { INITIAL_STATE } from "../src/state/state";
-import { drawn, FakeMap, scene } from "./fake_map";
+import { drawn, FakeMap, ORIGIN, scene } from "./fake_map";
 import { mission, position, step, target, vehicle } from "./samples";
 
 const square = (half_m: number) =>
@@ -135,10 +137,39 @@ test("area and fence are closed rings; incomplete ones are not drawn", () => {
   expect(ring[0]).toEqual(ring[4]);
 });
 
-test("the grid stays small over large areas", () => {
-  const lines = drawn(gridLayer, scene({ mission: mission({ area: square(9000) }) }));
-  expect(lines.length).toBeGreaterThan(50);
-  expect(lines.length).toBeLessThan(500);
+test.each([0.0005, 0.02, 0.4])(
+  "the grid reaches beyond the edges of a map of ± %f degrees, with few lines",
+  (reach) => {
+    const map = new FakeMap();
+    map.reach_deg = reach;
+    map.attach(gridLayer).update(scene());
+    const lines = map.sources.get("ground")?.data.features ?? [];
+    const places = lines.flatMap(({ geometry }) => (geometry as LineString).coordinates);
+    for (const [axis, middle] of [ORIGIN.longitude_deg, ORIGIN.latitude_deg].entries()) {
+      const along = places.map((place) => place[axis] ?? NaN);
+      expect(Math.min(...along)).toBeLessThan(middle - reach);
+      expect(Math.max(...along)).toBeGreaterThan(middle + reach);
+    }
+    expect(lines.length).toBeGreaterThan(15);
+    expect(lines.length).toBeLessThan(250);
+  },
+);
+
+test("the grid is drawn again only where the map leaves it, and not for a whole country", () => {
+  const map = new FakeMap();
+  const grid = map.attach(gridLayer);
+  const changes = () => map.sources.get("ground")?.changes;
+  grid.update(scene());
+  const before = changes();
+  map.reach_deg *= 0.9;
+  grid.update(scene());
+  expect(changes()).toBe(before);
+  map.reach_deg = 0.01;
+  grid.update(scene());
+  expect(changes()).toBe((before ?? 0) + 1);
+  map.reach_deg = 5;
+  grid.update(scene());
+  expect(map.sources.get("ground")?.data.features).toEqual([]);
 });
 
 test("refused waypoints carry the reason, sent ones a path", () => {
@@ -180,4 +211,30 @@ test("vehicles that are selected or need attention are prominent, the others' he
   const prominent = features.filter((feature) => feature.properties?.["isProminent"]);
   expect(prominent.map((feature) => feature.properties?.["id"])).toEqual([2, 3, 4]);
   expect(drawn(heightsLayer, shown)).toHaveLength(1);
+});
+
+test("every fifth contour line is a thick one with its height above the sea", () => {
+  const lines = [490, 495, 500, 505].map((altitude_amsl_m) => ({
+    altitude_amsl_m,
+    latitude_deg: [48.1, 48.2],
+    longitude_deg: [14.3, 14.4],
+  }));
+  const features = drawn(contoursLayer({ interval_m: 5, lines }), scene());
+  expect(features.map((feature) => feature.properties?.["isIndex"])).toEqual([false, false, true, false]);
+  expect(features[2]?.properties?.["height"]).toBe("500\u202fm");
+  expect((features[0]?.geometry as LineString).coordinates).toEqual([
+    [14.3, 48.1],
+    [14.4, 48.2],
+  ]);
+});
+
+test("shading lies on four known corners, or nowhere", () => {
+  const corner = { east_m: 0, north_m: 0, latitude_deg: 48, longitude_deg: 14 };
+  const map = new FakeMap();
+  const layer = shadingLayer("/shading.png", [corner, corner, corner, corner]);
+  if (layer !== null) map.attach(layer).remove();
+  expect(map.images).toEqual(["/shading.png"]);
+  expect(map.layers).toEqual([]);
+  expect(shadingLayer("/shading.png", [])).toBeNull();
+  expect(shadingLayer("/shading.png", [corner, corner, corner, { ...corner, latitude_deg: null }])).toBeNull();
 });

@@ -456,6 +456,66 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/relief": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Relief
+     * @description Return where the relief about the mission is; it changes with the plan, and the addresses with it.
+     */
+    get: operations["read_relief_api_relief_get"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/relief/contours": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Contours
+     * @description Return the contour lines about the mission.
+     */
+    get: operations["read_contours_api_relief_contours_get"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/relief/shading.png": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Shading
+     * @description Return the hill shading about the mission.
+     */
+    get: operations["read_shading_api_relief_shading_png_get"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
   "/api/replay": {
     parameters: {
       query?: never;
@@ -806,6 +866,37 @@ export interface components {
       name: string;
     };
     /**
+     * ContourModel
+     * @description One line of equal height.
+     */
+    ContourModel: {
+      /** Altitude Amsl M */
+      altitude_amsl_m: number;
+      /**
+       * Latitude Deg
+       * @description Latitudes of its points.
+       */
+      latitude_deg: number[];
+      /**
+       * Longitude Deg
+       * @description Longitudes of its points, as many.
+       */
+      longitude_deg: number[];
+    };
+    /**
+     * ContoursModel
+     * @description Contour lines of the ground about a mission.
+     */
+    ContoursModel: {
+      /**
+       * Interval M
+       * @description Difference of height between neighbouring lines.
+       */
+      interval_m: number;
+      /** Lines */
+      lines: components["schemas"]["ContourModel"][];
+    };
+    /**
      * EllipseModel
      * @description One standard deviation of a horizontal position; holds the truth with a probability of 39 %.
      */
@@ -1124,6 +1215,36 @@ export interface components {
      * @enum {string}
      */
     LandedState: "unknown" | "on_ground" | "taking_off" | "in_air" | "landing";
+    /**
+     * LegProfileModel
+     * @description Heights above the origin along one leg, as lists of the same length; null where the ground is not known.
+     */
+    LegProfileModel: {
+      /** Ceiling M */
+      ceiling_m: (number | null)[];
+      /**
+       * Distance M
+       * @description Distances from the start of the leg.
+       */
+      distance_m: number[];
+      /**
+       * Floor M
+       * @description Floor above the ground; above the origin without a model of it.
+       */
+      floor_m: (number | null)[];
+      /** Highest Ground M */
+      highest_ground_m: (number | null)[];
+      /**
+       * Lowest Ground M
+       * @description Lowest ground below the whole line of the swarm.
+       */
+      lowest_ground_m: (number | null)[];
+      /**
+       * Surface M
+       * @description Surface that the altitude layers are offset from; 0 if they are level.
+       */
+      surface_m: number[];
+    };
     /**
      * LinkModel
      * @description Quality of a vehicle's link; its packet loss and age are in VehicleModel.
@@ -1649,8 +1770,18 @@ export interface components {
      * @description Assessment of a plan.
      */
     PlanReportModel: {
+      /**
+       * Canopy Height M
+       * @description Height of the canopy above the ground, where the plan has one.
+       */
+      canopy_height_m: number | null;
       /** @description Null while a problem is blocking. */
       estimate: components["schemas"]["PlanEstimateModel"] | null;
+      /**
+       * Fence
+       * @description Geofence: the plan's, or the one proposed; empty while it has no area.
+       */
+      fence: components["schemas"]["PlaceModel"][];
       /** Flyable */
       flyable: boolean;
       /**
@@ -1660,6 +1791,11 @@ export interface components {
       layers_m: number[];
       /** Problems */
       problems: components["schemas"]["PlanProblemModel"][];
+      /**
+       * Profile
+       * @description Profile of each leg; empty while a shape or number is wrong.
+       */
+      profile: components["schemas"]["LegProfileModel"][];
       /** Proposals */
       proposals: components["schemas"]["PlanProposalModel"][];
       /**
@@ -1718,6 +1854,27 @@ export interface components {
        * @description 0: the mission as a whole.
        */
       vehicle_id: number;
+    };
+    /**
+     * ReliefModel
+     * @description Pictures of the ground's relief, from the mission's elevation model.
+     */
+    ReliefModel: {
+      /**
+       * Contours Url
+       * @description URL of the contour lines; null where there is no shading.
+       */
+      contours_url: string | null;
+      /**
+       * Corners
+       * @description Corners of the shading, clockwise from the north-western one.
+       */
+      corners: components["schemas"]["VertexModel"][];
+      /**
+       * Shading Url
+       * @description URL of the hill shading; null without an elevation model or origin.
+       */
+      shading_url: string | null;
     };
     /**
      * ReplayFindingModel
@@ -3369,6 +3526,129 @@ export interface operations {
       };
       /** @description Precondition Required */
       428: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+    };
+  };
+  read_relief_api_relief_get: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ReliefModel"];
+        };
+      };
+      /** @description Unprocessable Entity */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+    };
+  };
+  read_contours_api_relief_contours_get: {
+    parameters: {
+      query?: never;
+      header?: {
+        "if-none-match"?: string | null;
+      };
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ContoursModel"];
+        };
+      };
+      /** @description The client has these lines already. */
+      304: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content?: never;
+      };
+      /** @description Not Found */
+      404: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Unprocessable Entity */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+    };
+  };
+  read_shading_api_relief_shading_png_get: {
+    parameters: {
+      query?: never;
+      header?: {
+        "if-none-match"?: string | null;
+      };
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description A north-up raster, transparent where the ground is level. */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "image/png": unknown;
+        };
+      };
+      /** @description The client has this picture already. */
+      304: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content?: never;
+      };
+      /** @description Not Found */
+      404: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Unprocessable Entity */
+      422: {
         headers: {
           [name: string]: unknown;
         };

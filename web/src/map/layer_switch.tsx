@@ -39,10 +39,12 @@ interface Props {
   /** Layers, bottom up; those with a name in the texts can be switched. */
   layers: readonly MapLayer[];
   choice: LayerChoice;
+  /** Whether the view shows images on the ground. */
+  hasPicture?: boolean;
   onChange(choice: LayerChoice): void;
 }
 
-export function LayerSwitch({ layers, choice, onChange }: Props) {
+export function LayerSwitch({ layers, choice, hasPicture = true, onChange }: Props) {
   const [isOpen, setOpen] = useState(false);
   const names = layers
     .map((layer) => layer.id)
@@ -60,37 +62,7 @@ export function LayerSwitch({ layers, choice, onChange }: Props) {
       </button>
       {isOpen && (
         <div class="layer-list" role="group" aria-label={texts.map.layers}>
-          <label>
-            {texts.map.picture}
-            <select
-              data-testid="map-picture"
-              value={choice.kind ?? ""}
-              onChange={(event) => {
-                const kind = KINDS.find((one) => one === event.currentTarget.value) ?? null;
-                onChange({ ...choice, kind });
-              }}
-            >
-              <option value="">{texts.map.noPicture}</option>
-              {KINDS.map((kind) => (
-                <option key={kind} value={kind}>
-                  {texts.names.picture[kind]}
-                </option>
-              ))}
-            </select>
-          </label>
-          <label>
-            {texts.map.opacity}
-            <input
-              type="range"
-              min="0"
-              max="1"
-              step="0.05"
-              data-testid="map-opacity"
-              disabled={choice.kind === null}
-              value={choice.opacity}
-              onInput={(event) => onChange({ ...choice, opacity: Number(event.currentTarget.value) })}
-            />
-          </label>
+          {hasPicture && <PictureChoice choice={choice} onChange={onChange} />}
           {names.map((name) => (
             <label key={name}>
               <input
@@ -105,5 +77,44 @@ export function LayerSwitch({ layers, choice, onChange }: Props) {
         </div>
       )}
     </div>
+  );
+}
+
+/** Selection of the image on the ground, and of its opacity. */
+function PictureChoice({ choice, onChange }: Pick<Props, "choice" | "onChange">) {
+  return (
+    <>
+      <label>
+        {texts.map.picture}
+        <select
+          data-testid="map-picture"
+          value={choice.kind ?? ""}
+          onChange={(event) => {
+            const kind = KINDS.find((one) => one === event.currentTarget.value) ?? null;
+            onChange({ ...choice, kind });
+          }}
+        >
+          <option value="">{texts.map.noPicture}</option>
+          {KINDS.map((kind) => (
+            <option key={kind} value={kind}>
+              {texts.names.picture[kind]}
+            </option>
+          ))}
+        </select>
+      </label>
+      <label>
+        {texts.map.opacity}
+        <input
+          type="range"
+          min="0"
+          max="1"
+          step="0.05"
+          data-testid="map-opacity"
+          disabled={choice.kind === null}
+          value={choice.opacity}
+          onInput={(event) => onChange({ ...choice, opacity: Number(event.currentTarget.value) })}
+        />
+      </label>
+    </>
   );
 }

@@ -7,6 +7,7 @@ export interface Palette {
   grid: string;
   gridMajor: string;
   area: string;
+  contour: string;
   fence: string;
   home: string;
   refused: string;
@@ -25,6 +26,7 @@ export const PALETTES: Readonly<Record<Theme, Palette>> = {
     grid: "#1a242c",
     gridMajor: "#293743",
     area: "#5fb0ff",
+    contour: "#a08a66",
     fence: "#ff8f5a",
     home: "#c6d2dc",
     refused: "#ff5c5c",
@@ -39,6 +41,7 @@ export const PALETTES: Readonly<Record<Theme, Palette>> = {
     grid: "#e2e7e2",
     gridMajor: "#c7d0c9",
     area: "#0a5fb4",
+    contour: "#8a6330",
     fence: "#b84400",
     home: "#33414c",
     refused: "#c40d1c",
@@ -53,6 +56,7 @@ export const PALETTES: Readonly<Record<Theme, Palette>> = {
     grid: "#e0e0e0",
     gridMajor: "#a8a8a8",
     area: "#00409a",
+    contour: "#6b4410",
     fence: "#9c2f00",
     home: "#000000",
     refused: "#c00000",

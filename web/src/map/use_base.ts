@@ -1,32 +1,32 @@
-/** Hook for the lowest layers: the base map of the station if it has one, and the metric grid. */
-import { useEffect, useState } from "preact/hooks";
+/** Hook for the lowest layers: the base map and the relief of the station if it has them, and the metric grid. */
+import { useEffect, useMemo, useState } from "preact/hooks";
 import { readBasemap } from "../api/client";
 import { untilAnswered } from "../api/persistence";
 import type { MapLayer } from "./layer";
 import { openBasemap } from "./layers/basemap";
 import { gridLayer } from "./layers/grid";
+import { useReliefLayers } from "./use_relief";
 
-const GRID_ALONE: readonly MapLayer[] = [gridLayer];
+/** Requested once. */
+let opened: Promise<MapLayer | null> | null = null;
 
-/** Requested once; without a base map there is the grid only. */
-let opened: Promise<readonly MapLayer[]> | null = null;
-
-async function open(): Promise<readonly MapLayer[]> {
+async function open(): Promise<MapLayer | null> {
   const basemap = await untilAnswered(readBasemap, () => true);
-  if (basemap === null || basemap.url === null) return GRID_ALONE;
+  if (basemap === null || basemap.url === null) return null;
   try {
-    return [await openBasemap(basemap.url), gridLayer];
+    return await openBasemap(basemap.url);
   } catch (error) {
     console.warn("The base map cannot be shown.", error);
-    return GRID_ALONE;
+    return null;
   }
 }
 
 export function useBaseLayers(): readonly MapLayer[] {
-  const [layers, setLayers] = useState(GRID_ALONE);
+  const [basemap, setBasemap] = useState<MapLayer | null>(null);
+  const relief = useReliefLayers();
   useEffect(() => {
     opened ??= open();
-    void opened.then(setLayers);
+    void opened.then(setBasemap);
   }, []);
-  return layers;
+  return useMemo(() => [...(basemap === null ? [] : [basemap]), ...relief, gridLayer], [basemap, relief]);
 }

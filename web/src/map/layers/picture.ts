@@ -69,7 +69,8 @@ class AttachedPicture implements AttachedLayer {
   }
 }
 
-function cornersOf(corners: readonly Vertex[]): Corners | null {
+/** Corners as MapLibre wants them; null unless all four are known. */
+export function cornersOf(corners: readonly Vertex[]): Corners | null {
   const places = corners.flatMap(({ latitude_deg: lat, longitude_deg: lng }): LngLat[] =>
     lat === null || lng === null ? [] : [[lng, lat]],
   );
