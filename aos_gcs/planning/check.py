@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.imaging.step.settings import MAX_RATE_HZ
 from aos_gcs.planning.advice import MIN_LAYERS_WITHOUT_RTK_M, forest_aperture
 from aos_gcs.planning.estimate import PlanEstimate, estimate_plan, planned_leg_count, planned_legs
+from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.plan import SPACING_PARAMETER, MissionPlan, PlanProblem, apply_plan
 from aos_gcs.planning.proposal import fence_margin_m
 from aos_gcs.planning.settings import GREATEST_FLIGHT_SETTINGS, MAX_HEIGHT_M, MissionSettings
@@ -67,6 +69,16 @@ _GREATEST = {
 _NAMES = {"area_enu_m": "The search area", "fence_enu_m": "The geofence"}
 
 
+@dataclass(frozen=True, slots=True)
+class PlanExamination:
+    """What a check of a plan has found."""
+
+    problems: tuple[PlanProblem, ...]
+    """Problems, blocking ones first."""
+    legs: tuple[ScanLeg, ...]
+    """Legs of the plan; none while a shape or a number is wrong."""
+
+
 def check_plan(
     plan: MissionPlan,
     settings: MissionSettings,
@@ -81,20 +93,32 @@ def check_plan(
         homes_enu_m: launch points of the vehicles that are heard already.
         origin: origin of the plan, where the settings have none; without one the ground is not checked.
     """
-    problems = _problems(plan, settings, homes_enu_m or {}, origin)
+    return list(examine_plan(plan, settings, homes_enu_m, origin).problems)
+
+
+def examine_plan(
+    plan: MissionPlan,
+    settings: MissionSettings,
+    homes_enu_m: Homes | None = None,
+    origin: GeodeticPosition | None = None,
+) -> PlanExamination:
+    """Return the problems of a plan, as ``check_plan`` does, with the legs that they were looked for on."""
+    problems, legs = _problems(plan, settings, homes_enu_m or {}, origin)
     if not _blocks(problems):
         problems += [*_warn(plan, estimate_plan(plan, settings.imaging.plane_height_m)), *_warn_of_margin(plan)]
-    return sorted(problems, key=lambda problem: not problem.blocking)
+    return PlanExamination(tuple(sorted(problems, key=lambda problem: not problem.blocking)), legs)
 
 
 def blocking_problems(plan: MissionPlan, settings: MissionSettings) -> list[PlanProblem]:
     """Return the problems for which a plan cannot be flown wherever the vehicles are: faster than ``check_plan``."""
-    return [problem for problem in _problems(plan, settings, {}, None) if problem.blocking]
+    return [problem for problem in _problems(plan, settings, {}, None)[0] if problem.blocking]
 
 
 def _problems(
     plan: MissionPlan, settings: MissionSettings, homes_enu_m: Homes, origin: GeodeticPosition | None
-) -> list[PlanProblem]:
+) -> tuple[list[PlanProblem], tuple[ScanLeg, ...]]:
+    """Return the problems, and the legs where shapes and numbers allow any."""
+    legs: tuple[ScanLeg, ...] = ()
     shapes = [*_check_shapes(plan), *_check_extent_of_points(plan)]
     problems = [*shapes, *_check_numbers(plan, settings)]
     if not shapes:
@@ -106,7 +130,7 @@ def _problems(
             legs = planned_legs(plan, settings.imaging.plane_height_m)
             problems += check_paths(plan, ground, homes_enu_m, legs)
             problems += check_terrain(plan, settings, origin, homes_enu_m, legs)
-    return problems
+    return problems, legs
 
 
 def _blocks(problems: Sequence[PlanProblem]) -> bool:

@@ -61,7 +61,7 @@ def propose_limits(settings: MissionSettings, homes_enu_m: Sequence[FloatArray])
         margin_m=margin_m,
         no_go_margin_m=no_go_margin_m(settings.safety.margin_m),
         floor_m=proposed_floor_m(min(layers_m)),
-        ceiling_m=max(layers_m) + _LAYER_MARGIN_M,
+        ceiling_m=proposed_ceiling_m(max(layers_m)),
     )
     return settings.safety.applied_to(proposal)
 
@@ -69,6 +69,11 @@ def propose_limits(settings: MissionSettings, homes_enu_m: Sequence[FloatArray])
 def proposed_floor_m(lowest_layer_m: float) -> float:
     """Return the floor that is proposed below the lowest altitude layer."""
     return lowest_layer_m - _LAYER_MARGIN_M
+
+
+def proposed_ceiling_m(highest_layer_m: float) -> float:
+    """Return the ceiling that is proposed above the highest altitude layer."""
+    return highest_layer_m + _LAYER_MARGIN_M
 
 
 def fence_margin_m(given_m: float | None, cruise_speed_mps: float) -> float:

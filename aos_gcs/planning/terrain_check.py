@@ -51,6 +51,14 @@ class HeightBand:
 
 
 @dataclass(frozen=True, slots=True)
+class PlannedRelief:
+    """Ground below a plan, as its vehicles see it, and the heights above it."""
+
+    ground: GroundRaster
+    band: HeightBand
+
+
+@dataclass(frozen=True, slots=True)
 class TerrainConflict:
     """A place at which a plan meets the ground's limits."""
 
@@ -108,17 +116,50 @@ def _problems(
     yield from barred
     if barred:
         return
-    outlines, near = _flown(plan, legs, list(planned.values())), _ways(plan, list(homes_enu_m.values()))
-    corners_m = np.vstack([corner_m for each in (outlines, near) for shapes in each.values() for corner_m in shapes])
-    ground = ground_within(terrain, origin, EnuBounds.around(corners_m, _MARGIN_M))
-    if is_reported:
-        ground = replace(ground, offsets_m=(-level_m, -level_m))
-    band = _band(plan, terrain, _planned_surface(plan, terrain, origin, homes_enu_m, ground.offsets_m))
-    conflicts = list(_conflicts(ground, frame, outlines, band))
+    relief = planned_relief(plan, terrain, origin, homes_enu_m, legs, is_reported=is_reported)
+    conflicts = list(_conflicts(relief.ground, frame, _planned_outlines(plan, legs), relief.band))
     yield from (PlanProblem(conflict.field, conflict.text) for conflict in conflicts)
     if not conflicts:
-        for conflict in _conflicts(ground, frame, near, band):
+        for conflict in _conflicts(relief.ground, frame, _ways(plan, list(homes_enu_m.values())), relief.band):
             yield PlanProblem(conflict.field, conflict.text, blocking=False)
+
+
+def planned_relief(
+    plan: MissionPlan,
+    terrain: TerrainSettings,
+    origin: GeodeticPosition,
+    homes_enu_m: Homes,
+    legs: Sequence[ScanLeg],
+    *,
+    is_reported: bool,
+) -> PlannedRelief:
+    """Return the ground below all that a plan flies over, and the heights of its layers and limits.
+
+    Args:
+        plan: plan with valid shapes.
+        terrain: elevation model.
+        origin: origin of the plan.
+        homes_enu_m: launch points of the vehicles that are heard already.
+        legs: legs of the plan.
+        is_reported: whether a vehicle has reported the origin: the ground there then counts as level with it.
+
+    Raises:
+        ConfigurationError: a setting cannot be used, or a library is missing.
+        InputDataError: a file cannot be used or read.
+    """
+    outlines = [_planned_outlines(plan, legs), _ways(plan, list(homes_enu_m.values()))]
+    corners_m = np.vstack([corner_m for each in outlines for shapes in each.values() for corner_m in shapes])
+    ground = ground_within(terrain, origin, EnuBounds.around(corners_m, _MARGIN_M))
+    if is_reported:
+        level_m = float(ground_heights_m(terrain, origin, np.zeros((1, 2)))[0])
+        ground = replace(ground, offsets_m=(-level_m, -level_m))
+    surface = _planned_surface(plan, terrain, origin, homes_enu_m, ground.offsets_m)
+    return PlannedRelief(ground, _band(plan, terrain, surface))
+
+
+def _planned_outlines(plan: MissionPlan, legs: Sequence[ScanLeg]) -> dict[str, list[FloatArray]]:
+    """Return the outlines, by name, of what the plan itself flies over."""
+    return _flown(plan, legs, [point for point in (launch_place(plan), plan.return_enu_m) if point is not None])
 
 
 def flown_conflicts(

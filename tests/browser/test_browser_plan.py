@@ -164,6 +164,21 @@ async def test_a_plan_made_by_numbers_is_saved_and_applied_before_the_start(
     await expect(page.get_by_test_id("plan-apply")).to_be_disabled()
 
 
+async def test_the_profile_shows_the_chosen_leg_and_follows_the_plan(page: Page, planned_service: Service) -> None:
+    await open_plan(page, planned_service)
+    summary = page.get_by_test_id("profile-summary")
+    await expect(summary).to_contain_text("Lowest layer at least 35.0")
+    leg = page.get_by_test_id("profile-leg")
+    count = await leg.locator("option").count()
+    assert count > 1
+    await leg.select_option(str(count - 1))
+    await page.locator("#plan-lowest_layer_m").fill("41")
+    await expect(summary).to_contain_text("Lowest layer at least 41.0")
+    await expect(leg).to_have_value(str(count - 1))
+    await page.get_by_test_id("profile-numbers").click()
+    await expect(page.get_by_role("cell", name="36 m").first).to_be_visible()  # the floor, 5 m below
+
+
 async def test_shapes_come_from_files_and_broken_ones_are_refused(page: Page, planned_service: Service) -> None:
     await open_plan(page, planned_service)
     picker = page.get_by_test_id("plan-import")

@@ -43,6 +43,8 @@ const drawing = (changes: Partial<Drawing> = {}): Drawing => ({
   shape: "area",
   vertex: null,
   isDrawing: false,
+  leg: 0,
+  fence: [],
   isEditable: true,
   ...changes,
 });
@@ -123,6 +125,9 @@ test("problems stand beside their own field, advice apart from them", () => {
     proposals: [],
     estimate: null,
     layers_m: [],
+    profile: [],
+    canopy_height_m: null,
+    fence: [],
     stopping_distance: "",
   };
   expect(problemOf(report, "area")).toBe("Crosses itself.");

@@ -5,24 +5,30 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
 
 from aos_gcs.airspace.polygon import Polygon
 from aos_gcs.airspace.stopping import StoppingDistance
-from aos_gcs.api.convert.places import scan_leg
+from aos_gcs.api.convert.places import rounded, scan_leg
 from aos_gcs.api.models import plans as wire
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.mission.model.vehicles import VehicleSnapshot
 from aos_gcs.planning.advice import Proposal
 from aos_gcs.planning.estimate import PlanEstimate
 from aos_gcs.planning.plan import MissionPlan, PlanProblem, StrategyOptions
+from aos_gcs.planning.profile import LegProfile
 from aos_gcs.planning.proposal import altitude_layers
 from aos_gcs.planning.settings import ForestSettings
 from aos_gcs.planning.shape_files import ImportedShape
 
 NO_ORIGIN: Final = GeodeticPosition(0.0, 0.0, 0.0)
 """Stand-in for the origin of plans without any position."""
+_PROFILE_DIGITS: Final = 1
+"""Decimals of metres in a profile."""
 
 _WIRE_NAMES: Final = {
     "area_enu_m": "area",
@@ -37,6 +43,16 @@ _WIRE_NAMES: Final = {
     "search_s": "search_min",
 }
 """Names of the core's fields in requests and answers, where they differ."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlanPicture:
+    """What a plan looks like, whether it can be flown or not."""
+
+    profile: tuple[LegProfile, ...]
+    """Profile of each leg."""
+    fence_enu_m: Polygon
+    """Geofence, of the plan or as proposed; empty while there is none."""
 
 
 def plan_origin(plan: wire.PlanModel, origin: GeodeticPosition | None) -> GeodeticPosition:
@@ -103,10 +119,10 @@ def plan_from_wire(plan: wire.PlanModel, origin: GeodeticPosition) -> MissionPla
 
 def plan_to_wire(plan: MissionPlan, origin: GeodeticPosition) -> wire.PlanModel:
     """Convert a plan."""
+    frame = LocalFrame(origin)
 
     def place(point_enu_m: tuple[float, float]) -> wire.PlaceModel:
-        position = LocalFrame(origin).to_geodetic((*point_enu_m, 0.0))
-        return wire.PlaceModel(latitude_deg=position.latitude_deg, longitude_deg=position.longitude_deg)
+        return _place(frame, point_enu_m)
 
     def ring(polygon_enu_m: Polygon) -> list[wire.PlaceModel]:
         return [place(point_enu_m) for point_enu_m in polygon_enu_m]
@@ -152,9 +168,12 @@ def report(
     problems: Sequence[PlanProblem],
     proposals: Sequence[Proposal],
     estimate: PlanEstimate | None,
+    *,
+    picture: PlanPicture,
     origin: GeodeticPosition,
 ) -> wire.PlanReportModel:
     """Convert the assessment of a plan."""
+    frame = LocalFrame(origin)
     return wire.PlanReportModel(
         flyable=estimate is not None,
         problems=[
@@ -162,8 +181,30 @@ def report(
         ],
         proposals=[_proposal(one) for one in proposals],
         estimate=_estimate(estimate, origin) if estimate else None,
+        profile=[_leg_profile(one) for one in picture.profile],
+        canopy_height_m=plan.forest.canopy_height_m if plan.forest else None,
+        fence=[_place(frame, corner_m) for corner_m in picture.fence_enu_m],
         layers_m=list(altitude_layers(plan.vehicles, plan.lowest_layer_m, plan.layer_spacing_m)),
         stopping_distance=str(StoppingDistance(plan.cruise_speed_mps)),
+    )
+
+
+def _place(frame: LocalFrame, point_enu_m: tuple[float, float]) -> wire.PlaceModel:
+    position = frame.to_geodetic((*point_enu_m, 0.0))
+    return wire.PlaceModel(latitude_deg=position.latitude_deg, longitude_deg=position.longitude_deg)
+
+
+def _leg_profile(profile: LegProfile) -> wire.LegProfileModel:
+    def heights(values_m: NDArray[np.float64]) -> list[float | None]:
+        return [rounded(value_m, _PROFILE_DIGITS) for value_m in values_m.tolist()]
+
+    return wire.LegProfileModel(
+        distance_m=profile.distances_m.round(_PROFILE_DIGITS).tolist(),
+        lowest_ground_m=heights(profile.lowest_ground_m),
+        highest_ground_m=heights(profile.highest_ground_m),
+        surface_m=profile.surface_m.round(_PROFILE_DIGITS).tolist(),
+        floor_m=heights(profile.floor_m),
+        ceiling_m=heights(profile.ceiling_m),
     )
 
 

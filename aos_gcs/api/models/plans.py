@@ -141,6 +141,17 @@ class PlanEstimateModel(WireModel):
     battery_percent: float = Field(description="Share of a full battery.")
 
 
+class LegProfileModel(WireModel):
+    """Heights above the origin along one leg, as lists of the same length; null where the ground is not known."""
+
+    distance_m: list[float] = Field(description="Distances from the start of the leg.")
+    lowest_ground_m: list[float | None] = Field(description="Lowest ground below the whole line of the swarm.")
+    highest_ground_m: list[float | None]
+    surface_m: list[float] = Field(description="Surface that the altitude layers are offset from; 0 if they are level.")
+    floor_m: list[float | None] = Field(description="Floor above the ground; above the origin without a model of it.")
+    ceiling_m: list[float | None]
+
+
 class PlanReportModel(WireModel):
     """Assessment of a plan."""
 
@@ -148,6 +159,9 @@ class PlanReportModel(WireModel):
     problems: list[PlanProblemModel]
     proposals: list[PlanProposalModel]
     estimate: PlanEstimateModel | None = Field(description="Null while a problem is blocking.")
+    profile: list[LegProfileModel] = Field(description="Profile of each leg; empty while a shape or number is wrong.")
+    canopy_height_m: float | None = Field(description="Height of the canopy above the ground, where the plan has one.")
+    fence: PolygonModel = Field(description="Geofence: the plan's, or the one proposed; empty while it has no area.")
     layers_m: list[float] = Field(description="Height of each vehicle's layer.")
     stopping_distance: str = Field(description="Geofence margin where the plan gives none, and how it is made up.")
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Sequence
 from typing import Annotated, Any
 
 import pydantic
@@ -15,15 +15,17 @@ from aos_gcs.api.dependencies import Checks, Commands, CurrentSession, Mission, 
 from aos_gcs.api.errors import NotFoundError, TooLargeError
 from aos_gcs.api.models.base import ErrorModel
 from aos_gcs.api.models.plans import ImportedShapeModel, PlanModel, PlanReportModel, SavedPlanModel, StrategyModel
-from aos_gcs.errors import InputDataError, MissionError
+from aos_gcs.errors import ConfigurationError, InputDataError, MissionError
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.planning.advice import propose
-from aos_gcs.planning.check import check_plan
+from aos_gcs.planning.check import examine_plan
 from aos_gcs.planning.estimate import estimate_plan
+from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.plan import MissionPlan, available_options, plan_of
+from aos_gcs.planning.profile import LegProfile, plan_profile
 from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.planning.shape_files import MAX_FILE_BYTES, import_shapes
-from aos_gcs.planning.sites import Homes
+from aos_gcs.planning.sites import Homes, planned_boundaries
 
 router = APIRouter(tags=["plans"])
 
@@ -141,9 +143,24 @@ async def delete_plan(name: PlanName, plans: Plans) -> None:
 def _report(
     plan: MissionPlan, settings: MissionSettings, homes_enu_m: Homes, origin: GeodeticPosition
 ) -> PlanReportModel:
-    problems = check_plan(plan, settings, homes_enu_m, origin)
-    if any(problem.blocking for problem in problems):
-        return plan_convert.report(plan, problems, (), None, origin)
+    found = examine_plan(plan, settings, homes_enu_m, origin)
+    fence_enu_m = planned_boundaries(plan, homes_enu_m).fence_enu_m if found.legs else plan.fence_enu_m or ()
+    picture = plan_convert.PlanPicture(_profile(plan, settings, homes_enu_m, origin, found.legs), fence_enu_m)
+    if any(problem.blocking for problem in found.problems):
+        return plan_convert.report(plan, found.problems, (), None, picture=picture, origin=origin)
     plane_height_m = settings.imaging.plane_height_m
-    proposals = propose(plan, plane_height_m)
-    return plan_convert.report(plan, problems, proposals, estimate_plan(plan, plane_height_m), origin)
+    proposals, estimate = propose(plan, plane_height_m), estimate_plan(plan, plane_height_m)
+    return plan_convert.report(plan, found.problems, proposals, estimate, picture=picture, origin=origin)
+
+
+def _profile(
+    plan: MissionPlan,
+    settings: MissionSettings,
+    homes_enu_m: Homes,
+    origin: GeodeticPosition,
+    legs: Sequence[ScanLeg],
+) -> tuple[LegProfile, ...]:
+    try:
+        return plan_profile(plan, settings, origin, homes_enu_m, legs)
+    except (ConfigurationError, InputDataError):
+        return ()  # the check of the plan has named what is wrong with the elevation model

@@ -1,7 +1,7 @@
 /** Map layer that shows the plan and edits it by mouse and touch: corners are added, moved and inserted. */
 import type { Feature, Geometry } from "geojson";
 import type { Map as MapLibreMap, MapMouseEvent, MapTouchEvent, PointLike } from "maplibre-gl";
-import type { Place, Plan, PlanEstimate } from "../../api/types";
+import type { Place, Plan, PlanEstimate, PlanReport } from "../../api/types";
 import { type LngLat, lngLat, placeAt } from "../../geometry";
 import { feature } from "../../map/geojson";
 import { type AttachedLayer, featureLayer, type MapLayer } from "../../map/layer";
@@ -12,6 +12,10 @@ import { inserted, isPoint, midpoints, noGoIndex, placesOf, replaced, type Shape
 export interface Drawing {
   readonly plan: Plan;
   readonly legs: PlanEstimate["legs"];
+  /** Index of the leg whose profile is shown. */
+  readonly leg: number;
+  /** Geofence by the station, the one that it proposes where the plan has none. */
+  readonly fence: PlanReport["fence"];
   readonly shape: ShapeName;
   /** Selected corner of the selected shape. */
   readonly vertex: number | null;
@@ -40,7 +44,11 @@ export function drawLayer(drawing: () => Drawing | null, events: DrawingEvents):
     paint: (palette) => [
       { type: "fill", filter: has("no-go"), paint: { "fill-color": palette.fence, "fill-opacity": 0.25 } },
       { type: "fill", filter: has("area"), paint: { "fill-color": palette.area, "fill-opacity": 0.1 } },
-      { type: "line", filter: has("leg"), paint: { "line-color": palette.area, "line-width": 1, "line-opacity": 0.8 } },
+      {
+        type: "line",
+        filter: has("leg"),
+        paint: { "line-color": palette.area, "line-width": ["case", ["get", "isChosen"], 3, 1], "line-opacity": 0.8 },
+      },
       { type: "line", filter: has("no-go"), paint: { "line-color": palette.fence, "line-width": 2 } },
       { type: "line", filter: has("area"), paint: { "line-color": palette.area, "line-width": 2 } },
       {
@@ -88,7 +96,7 @@ export function drawLayer(drawing: () => Drawing | null, events: DrawingEvents):
     ],
     inputs: () => {
       const shown = drawing();
-      return [shown?.plan, shown?.legs, shown?.shape, shown?.vertex, shown?.isEditable];
+      return [shown?.plan, shown?.legs, shown?.leg, shown?.fence, shown?.shape, shown?.vertex, shown?.isEditable];
     },
     features: () => {
       const shown = drawing();
@@ -116,14 +124,17 @@ export function drawLayer(drawing: () => Drawing | null, events: DrawingEvents):
 }
 
 /** Features of a plan on the map. */
-export function draftFeatures({ plan, legs, shape: chosen, vertex, isEditable }: Drawing): Feature[] {
+export function draftFeatures({ plan, legs, leg, fence, shape: chosen, vertex, isEditable }: Drawing): Feature[] {
   const shapes = shapeNames(plan).flatMap((shape) => shapeFeatures(shape, placesOf(plan, shape)));
-  const legLines = legs.flatMap(({ start, end }): Feature[] => {
+  const legLines = legs.flatMap(({ start, end }, index): Feature[] => {
     const ends = [start, end].flatMap(({ longitude_deg: lng, latitude_deg: lat }): LngLat[] =>
       lng === null || lat === null ? [] : [[lng, lat]],
     );
-    return ends.length < 2 ? [] : [feature({ type: "LineString", coordinates: ends }, { role: "leg" })];
+    return ends.length < 2
+      ? []
+      : [feature({ type: "LineString", coordinates: ends }, { role: "leg", isChosen: index === leg })];
   });
+  if (plan.fence === null) shapes.push(...proposedFence(fence));
   if (!isEditable) return [...legLines, ...shapes];
   const places = placesOf(plan, chosen);
   const handles = places.map((place, index) => handle(place, { role: "vertex", isChosen: index === vertex }));
@@ -133,6 +144,13 @@ export function draftFeatures({ plan, legs, shape: chosen, vertex, isEditable }:
 
 const handle = (place: Place, properties: Record<string, unknown>): Feature =>
   feature({ type: "Point", coordinates: lngLat(place) }, properties);
+
+/** Geofence that is proposed: drawn like a set one, but no shape that can be chosen. */
+function proposedFence(fence: readonly Place[]): Feature[] {
+  const [first] = fence;
+  if (first === undefined) return [];
+  return [feature({ type: "Polygon", coordinates: [[...fence, first].map(lngLat)] }, { role: "fence" })];
+}
 
 function shapeFeatures(shape: ShapeName, places: readonly Place[]): Feature[] {
   const [first] = places;

@@ -2,6 +2,7 @@
 import { useId, useMemo, useRef, useState } from "preact/hooks";
 import type { Place } from "../../api/types";
 import { lngLat, toEnu } from "../../geometry";
+import { LayerSwitch, shownOf, useLayerChoice } from "../../map/layer_switch";
 import { homesLayer } from "../../map/layers/homes";
 import { MapPanel } from "../../map/panel";
 import { useBaseLayers } from "../../map/use_base";
@@ -14,6 +15,7 @@ import { SavedPlans } from "./files";
 import { DropZone, ImportDialog, ImportPicker, useImport } from "./import";
 import { LimitFields, PatternFields } from "./numbers";
 import "./plan.css";
+import { ProfilePanel } from "./profile";
 import { ShapeList, shapeTitle } from "./shape_list";
 import { placesOf, removed, type ShapeName, shapeNames, withNoGo, withPlaces } from "./shapes";
 import { usePlan } from "./use_plan";
@@ -29,6 +31,7 @@ export function PlanView() {
   const [wanted, setShape] = useState<ShapeName>("area");
   const [vertex, setVertex] = useState<number | null>(null);
   const [isDrawing, setDrawing] = useState(false);
+  const [leg, setLeg] = useState(0);
   const { plan, report } = editor;
   const origin = state.mission?.origin ?? null;
   const shape = plan && shapeNames(plan).includes(wanted) ? wanted : "area";
@@ -51,9 +54,12 @@ export function PlanView() {
     onShape: (chosen: ShapeName) => choose(chosen),
     onFinish: () => setDrawing(false),
   };
+  const fence = report?.fence ?? NO_FENCE;
   const drawing: Drawing | null = plan && {
     plan,
     legs: report?.estimate?.legs ?? NO_LEGS,
+    leg,
+    fence,
     shape,
     vertex,
     isDrawing: isDrawing && mayCommand,
@@ -63,6 +69,7 @@ export function PlanView() {
   const current = useRef({ drawing, actions });
   current.current = { drawing, actions };
   const base = useBaseLayers();
+  const [layerChoice, setLayerChoice] = useLayerChoice();
   const layers = useMemo(() => {
     const draft = drawLayer(() => current.current.drawing, {
       onPlaces: (changed, moved) => current.current.actions.onPlaces(changed, moved),
@@ -75,8 +82,9 @@ export function PlanView() {
 
   const extent = useMemo(() => {
     if (plan === null || origin === null) return [];
-    return shapeNames(plan).flatMap((name) => placesOf(plan, name).map((place) => toEnu(origin, lngLat(place))));
-  }, [plan, origin]);
+    const drawn = shapeNames(plan).flatMap((name) => placesOf(plan, name));
+    return [...drawn, ...fence].map((place) => toEnu(origin, lngLat(place)));
+  }, [plan, fence, origin]);
 
   if (plan === null) {
     return (
@@ -92,34 +100,38 @@ export function PlanView() {
   }
   return (
     <>
-      <DropZone onFile={(file) => mayCommand && files.read(file)}>
-        <MapPanel layers={layers} extent={extent}>
-          {mayCommand && (
-            <button
-              type="button"
-              data-testid="draw"
-              aria-pressed={isDrawing}
-              class={isDrawing ? "primary" : ""}
-              onClick={() => setDrawing(!isDrawing)}
-            >
-              {isDrawing ? texts.plan.drawn : texts.plan.draw(shapeTitle(shape))}
-            </button>
-          )}
-          {mayCommand && vertex !== null && vertex < places.length && (
-            <button
-              type="button"
-              data-testid="draw-remove"
-              onClick={() => {
-                setVertex(null);
-                changePlaces(removed(places, vertex));
-              }}
-            >
-              {texts.plan.removeCorner(vertex + 1)}
-            </button>
-          )}
-          {isDrawing && <p class="map-hint">{texts.plan.drawHint}</p>}
-        </MapPanel>
-      </DropZone>
+      <div class="plan-map">
+        <DropZone onFile={(file) => mayCommand && files.read(file)}>
+          <MapPanel layers={shownOf(layers, layerChoice)} extent={extent}>
+            <LayerSwitch layers={base} choice={layerChoice} hasPicture={false} onChange={setLayerChoice} />
+            {mayCommand && (
+              <button
+                type="button"
+                data-testid="draw"
+                aria-pressed={isDrawing}
+                class={isDrawing ? "primary" : ""}
+                onClick={() => setDrawing(!isDrawing)}
+              >
+                {isDrawing ? texts.plan.drawn : texts.plan.draw(shapeTitle(shape))}
+              </button>
+            )}
+            {mayCommand && vertex !== null && vertex < places.length && (
+              <button
+                type="button"
+                data-testid="draw-remove"
+                onClick={() => {
+                  setVertex(null);
+                  changePlaces(removed(places, vertex));
+                }}
+              >
+                {texts.plan.removeCorner(vertex + 1)}
+              </button>
+            )}
+            {isDrawing && <p class="map-hint">{texts.plan.drawHint}</p>}
+          </MapPanel>
+        </DropZone>
+        <ProfilePanel report={report} leg={leg} isChecking={editor.isChecking} onLeg={setLeg} />
+      </div>
       <div class="plan-side">
         <form id={form} class="scroll plan-form" onSubmit={(event) => event.preventDefault()}>
           <Panel title={texts.plan.shapes} testId="plan-shapes">
@@ -170,3 +182,4 @@ export function PlanView() {
 }
 
 const NO_LEGS: Drawing["legs"] = [];
+const NO_FENCE: Drawing["fence"] = [];
