@@ -22,6 +22,7 @@ from aos_sim.camera.synthetic import CheckerboardGround
 from aos_sim.swarm import DEFAULT_ORIGIN, SimulatedSwarm
 from aos_sim.swarm import SwarmOptions as SimulatorOptions
 from tests.fakes.relief import hill, terrain, write_relief
+from tests.timing import scaled_s
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SPEED = 20.0
@@ -41,15 +42,30 @@ def names(folder: Path) -> list[str]:
     return sorted(path.name for path in folder.iterdir())
 
 
+def clock_s(real_s: float) -> float:
+    """Return the clock seconds that pass in a limit of real time, as it holds on this machine."""
+    return SPEED * scaled_s(real_s)
+
+
 def options(vehicles: int, driver: str = "mavlink") -> ScriptOptions:
-    """Deadlines and ages are in clock seconds; what takes real time is given twenty times as many."""
+    """Deadlines and ages are in clock seconds: a busy machine may leave a vehicle unheard for seconds of real time."""
     return ScriptOptions(
         vehicles=vehicles,
         area_enu_m=AREA_ENU_M,
         driver=driver,
         flight=FlightSettings(lowest_layer_m=12.0, layer_spacing_m=3.0),
-        deadlines=Deadlines(connect_s=600.0, preflight_s=600.0, command_s=200.0, takeoff_s=300.0, capture_s=400.0),
-        safety=SafetyOverrides(max_link_age_s=60.0, max_position_age_s=60.0),
+        deadlines=Deadlines(
+            connect_s=clock_s(15.0),
+            preflight_s=clock_s(15.0),
+            command_s=clock_s(5.0),
+            takeoff_s=clock_s(10.0),
+            transfer_s=clock_s(10.0),
+            capture_s=clock_s(10.0),
+            land_s=clock_s(10.0),
+            lost_s=clock_s(5.0),
+            all_lost_s=clock_s(10.0),
+        ),
+        safety=SafetyOverrides(max_link_age_s=clock_s(3.0), max_position_age_s=clock_s(3.0)),
         clock_speed=SPEED,
     )
 
@@ -65,8 +81,8 @@ async def simulator(vehicles: int) -> AsyncIterator[tuple[SimulatedSwarm, list[s
         speed=SPEED,
         image_size_px=32,
         start_up_s=2.0,
-        # Clock seconds that a busy machine needs between arming and take-off.
-        parameters={"DISARM_DELAY": 120.0},
+        # Clock seconds that a busy machine needs between two heartbeats, and between arming and take-off.
+        parameters={"FS_GCS_TIMEOUT": clock_s(3.0), "DISARM_DELAY": 120.0},
     )
     async with SimulatedSwarm(settings, CheckerboardGround()) as swarm:
         yield swarm, [f"udpin://127.0.0.1:{port}"]
