@@ -203,16 +203,24 @@ def test_tilts_of_single_frames_average_out(seed: int) -> None:
     assert rms(np.degrees(rest[:, 3])) < 0.2
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("formation", [line, None], ids=["line", "scattered"])
-def test_errors_are_as_large_as_their_sigmas_say(formation: Callable[[int], NDArray[np.float64]] | None) -> None:
-    """Offsets and headings of 8 fleets; a huddle is left out, whose sigmas are too small (docs/research/imaging.md)."""
-    fleets, squares = 8, []
+@pytest.mark.parametrize(
+    ("formation", "fleets", "steps"),
+    [
+        pytest.param(None, 3, 4, id="scattered"),
+        pytest.param(None, 8, 8, id="scattered for long", marks=pytest.mark.slow),
+        pytest.param(line, 8, 8, id="line for long", marks=pytest.mark.slow),
+    ],
+)
+def test_errors_are_as_large_as_their_sigmas_say(
+    formation: Callable[[int], NDArray[np.float64]] | None, fleets: int, steps: int
+) -> None:
+    """Offsets and headings of fleets; a huddle is left out, whose sigmas are too small (docs/research/imaging.md)."""
+    squares = []
     for seed in range(fleets):
         rng = np.random.default_rng([11, seed])
         world, errors = World(seed), draw_errors(rng)
         registration = Registration()
-        for index in range(8):
+        for index in range(steps):
             places_m = formation(index) if formation else None
             registration = register(step(world, errors, rng, BUDGET.passing, places_m), registration, 0.0)
         squares.append(((left_over(registration, errors) / registration.sigmas()) ** 2)[:, [0, 1, 3]])
