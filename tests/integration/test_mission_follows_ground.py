@@ -13,19 +13,20 @@ from numpy.typing import NDArray
 pytest.importorskip("rasterio")
 
 from aos_gcs.errors import MissionError
-from aos_gcs.mission.former_flight import FormerFlight
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.checks import CheckStatus, PreflightCheck
 from aos_gcs.mission.model.phase import Outcome, Phase, Suspension
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.preflight import checks
-from aos_gcs.mission.search.retrace import Retrace
 from aos_gcs.planning.settings import FlightSettings, PreflightSettings, TerrainSettings
 from aos_gcs.ports import Goto, LandedState, ReturnToLaunch
-from tests.fakes.fleet import FRAME, ORIGIN, FakeVehicle
+from aos_gcs.runtime import virtual_time
+from tests.fakes.fleet import ORIGIN, FakeVehicle
 from tests.fakes.mission_flight import Flight, flying, prepare
 from tests.fakes.relief import Relief, hill, level, terrain, write_relief
+from tests.fakes.restarted_flight import killed_while_searching, restarted
+from tests.fakes.retraced import check_decisions_again
 
 pytestmark = pytest.mark.looptime
 
@@ -86,6 +87,9 @@ async def test_a_mission_flies_over_a_ridge_above_the_floor_and_in_separate_laye
     assert above_m.min() >= FLOOR_M - 1.0
     assert flight.smallest_m >= SEPARATION_M
     assert [flight.task(number) for number in (1, 2, 3)] == [Task.LANDED] * 3
+    sent_m = [one.sent_enu_m for step in flight.recorder.steps.values() for one in step.waypoints if one.sent_enu_m]
+    assert np.ptp(np.array(sent_m)[:, 2]) > 2.0 * (3 - 1) + 0.5
+    check_decisions_again(flight.recorder)
 
 
 async def test_over_level_ground_layers_that_follow_are_level(tmp_path: Path) -> None:
@@ -146,22 +150,6 @@ async def test_a_model_that_is_gone_leaves_the_layers_without_heights(tmp_path: 
         await run
 
 
-async def test_decisions_are_made_again_from_the_record(tmp_path: Path) -> None:
-    flight = over_relief(tmp_path)
-    async with flying(flight) as run:
-        assert await run is Outcome.FOUND
-    recorder = flight.recorder
-    retrace = Retrace(recorder.searches[0])
-    for step, decision in sorted(recorder.decisions.items()):
-        captures = [frame for number, frame in recorder.frames if number == step]
-        again = retrace.decide(decision, captures)
-        assert again.record.waypoints == recorder.steps[step].waypoints
-        if step in recorder.conclusions:
-            retrace.conclude(recorder.conclusions[step])
-    up_m = [one.sent_enu_m[2] for step in recorder.steps.values() for one in step.waypoints if one.sent_enu_m]
-    assert np.ptp(up_m) > 2.0 * (3 - 1) + 0.5
-
-
 async def test_one_that_leaves_flies_home_in_its_layer_and_another_joins_in_it(tmp_path: Path) -> None:
     flight, found = over_relief(tmp_path, target=None), list[tuple[float, float]]()
     async with flying(flight) as run:
@@ -189,29 +177,22 @@ async def test_one_that_leaves_flies_home_in_its_layer_and_another_joins_in_it(t
     assert min(above_m for _, above_m in found) >= FLOOR_M - 1.0
 
 
-async def flown_before(folder: Path) -> MissionSnapshot:
-    """Return the last state on record of a station that is killed while it searches over the ridge."""
-    flight = over_relief(folder)
-    async with flying(flight) as run:
-        await flight.until(lambda: len(flight.view.steps()) == 3)
-        last = flight.view.snapshot()
-        run.cancel()
-    return last
+@pytest.fixture(scope="module")
+def last(tmp_path_factory: pytest.TempPathFactory) -> MissionSnapshot:
+    """The last state on record of a station that was killed while it searched over the ridge."""
+
+    async def fly() -> MissionSnapshot:
+        return await killed_while_searching(over_relief(tmp_path_factory.mktemp("former")), steps=3)
+
+    return virtual_time.run(fly())
 
 
-def restarted(last: MissionSnapshot, settings: TerrainSettings | None) -> Flight:
-    flight = prepare(3, former=FormerFlight(last, None, 0.0), preflight=PREFLIGHT, flight=SLOW, terrain=settings)
-    for former in last.vehicles:
-        vehicle = flight.fleet.members[former.telemetry.vehicle_id]
-        assert former.telemetry.position is not None
-        vehicle.armed = True
-        vehicle.start_enu_m = vehicle.goal_enu_m = FRAME.to_enu(former.telemetry.position)
-    return flight
+def follow(last: MissionSnapshot, settings: TerrainSettings) -> Flight:
+    return restarted(last, preflight=PREFLIGHT, flight=SLOW, terrain=settings)
 
 
-async def test_a_flight_that_is_taken_up_goes_on_above_the_same_surface(tmp_path: Path) -> None:
-    last = await flown_before(tmp_path)
-    flight = restarted(last, model(tmp_path))
+async def test_a_flight_that_is_taken_up_goes_on_above_the_same_surface(last: MissionSnapshot, tmp_path: Path) -> None:
+    flight = follow(last, model(tmp_path))
     async with flying(flight) as run:
         await flight.until(lambda: flight.mission.phase is Phase.TAKEOFF)
         await flight.clock.sleep(2.0)
@@ -221,9 +202,10 @@ async def test_a_flight_that_is_taken_up_goes_on_above_the_same_surface(tmp_path
         assert await run is Outcome.FOUND
 
 
-async def test_a_flight_that_is_taken_up_without_its_model_holds_and_returns_by_its_autopilots(tmp_path: Path) -> None:
-    last = await flown_before(tmp_path)
-    flight = restarted(last, terrain(tmp_path / "gone.tif", follow=True))
+async def test_a_flight_that_is_taken_up_without_its_model_holds_and_returns_by_its_autopilots(
+    last: MissionSnapshot, tmp_path: Path
+) -> None:
+    flight = follow(last, terrain(tmp_path / "gone.tif", follow=True))
     async with flying(flight) as run:
         await flight.until(lambda: flight.mission.phase is Phase.TAKEOFF)
         await flight.until(lambda: any("The altitude layers follow it" in text for text in flight.texts()))
@@ -239,9 +221,10 @@ async def test_a_flight_that_is_taken_up_without_its_model_holds_and_returns_by_
     assert sum(isinstance(command, ReturnToLaunch) for command in commands) >= 3
 
 
-async def test_a_flight_in_level_layers_is_not_taken_up_as_one_that_follows_the_ground(tmp_path: Path) -> None:
-    last = replace(await flown_before(tmp_path), follows_ground=False)
-    flight = restarted(last, model(tmp_path))
+async def test_a_flight_in_level_layers_is_not_taken_up_as_one_that_follows_the_ground(
+    last: MissionSnapshot, tmp_path: Path
+) -> None:
+    flight = follow(replace(last, follows_ground=False), model(tmp_path))
     async with flying(flight) as run:
         await flight.until(lambda: any("cannot be taken up: the plan has changed" in text for text in flight.texts()))
         await flight.commands.act(Action.ABORT, None)

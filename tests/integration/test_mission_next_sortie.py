@@ -11,8 +11,8 @@ from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.findings import FindingChange, FindingStatus
 from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.next_sortie import NextSortie
-from aos_gcs.mission.search.retrace import Retrace
 from tests.fakes.mission_flight import Flight, flying, prepare
+from tests.fakes.retraced import check_decisions_again
 
 pytestmark = pytest.mark.looptime
 
@@ -75,25 +75,7 @@ async def test_a_person_seen_again_is_the_finding_of_the_former_sortie() -> None
     assert found.step > 0
     assert found.found_at_s > 0.0
     assert not any(text.startswith("Possible person") for text in second.texts()), "announced once in an operation"
-
-
-async def test_decisions_of_a_following_sortie_are_made_again_from_its_record() -> None:
-    flight = prepare()
-    await fly(flight)
-    second = prepare(following=await ask_for_another(flight))
-    async with flying(second) as run:
-        await second.until(lambda: second.mission.phase is Phase.READY)
-        await second.commands.act(Action.START, None)
-        await second.until(lambda: len(second.view.steps()) >= 6)
-        await second.commands.act(Action.ABORT, None)
-        await run
-    recorder = second.recorder
-    retrace = Retrace(recorder.searches[0])
-    for step, decision in sorted(recorder.decisions.items()):
-        captures = [frame for number, frame in recorder.frames if number == step]
-        assert retrace.decide(decision, captures).record.waypoints == recorder.steps[step].waypoints
-        if step in recorder.conclusions:
-            assert retrace.conclude(recorder.conclusions[step]).targets == recorder.conclusions[step].targets
+    check_decisions_again(second.recorder)
 
 
 async def test_there_is_no_new_sortie_before_the_end_or_while_a_vehicle_flies() -> None:

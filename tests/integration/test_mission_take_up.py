@@ -22,38 +22,31 @@ from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.planning.settings import FlightSettings, PreflightSettings
 from aos_gcs.ports import DriverContext, Fleet, FlightMode, FormerLinks, Goto, ProvenLink
+from aos_gcs.runtime import virtual_time
 from aos_gcs.runtime.service import open_service
 from aos_gcs.store.last_mission import former_flight
 from aos_gcs.store.recorder import MissionRecorder
-from tests.fakes.fleet import FRAME
 from tests.fakes.mission_flight import Flight, flying, prepare
 from tests.fakes.records import snapshot
+from tests.fakes.restarted_flight import killed_while_searching, restarted
 
 BIASED = {"bias_m": (0.01, 2.0)}
 """Each vehicle's altitudes err by a constant."""
 UNCHECKED = PreflightSettings(upload_fence=True, overrides={"home altitude": "a test", "altitude accuracy": "a test"})
 
 
-async def flown_before(n: int = 3) -> MissionSnapshot:
-    """Return the last state on record of a station that is killed while it searches."""
-    flight = prepare(n, errors=BIASED, preflight=UNCHECKED)
-    async with flying(flight) as run:
-        await flight.until(lambda: len(flight.view.steps()) == 2)
-        last = flight.view.snapshot()
-        run.cancel()
-    return last
+@pytest.fixture(scope="module")
+def last() -> MissionSnapshot:
+    """The last state on record of a station that was killed while it searched."""
+
+    async def fly() -> MissionSnapshot:
+        return await killed_while_searching(prepare(3, errors=BIASED, preflight=UNCHECKED), steps=2)
+
+    return virtual_time.run(fly())
 
 
-async def restarted(last: MissionSnapshot, **changes: object) -> Flight:
-    """Return the station that follows, its vehicles where they were, without any command of it so far."""
-    preflight = {"preflight": UNCHECKED}
-    flight = prepare(len(last.vehicles), errors=BIASED, former=FormerFlight(last, None, 0.0), **preflight | changes)
-    for former in last.vehicles:
-        vehicle = flight.fleet.members[former.telemetry.vehicle_id]
-        assert former.telemetry.position is not None
-        vehicle.armed = True
-        vehicle.start_enu_m = vehicle.goal_enu_m = FRAME.to_enu(former.telemetry.position)
-    return flight
+def follow(last: MissionSnapshot, **changes: object) -> Flight:
+    return restarted(last, **{"errors": BIASED, "preflight": UNCHECKED, **changes})
 
 
 async def until_taken_up(flight: Flight) -> None:
@@ -62,9 +55,8 @@ async def until_taken_up(flight: Flight) -> None:
 
 
 @pytest.mark.looptime
-async def test_vehicles_keep_their_layers_and_limits_and_wait_for_an_operator() -> None:
-    last = await flown_before()
-    flight = await restarted(last)
+async def test_vehicles_keep_their_layers_and_limits_and_wait_for_an_operator(last: MissionSnapshot) -> None:
+    flight = follow(last)
     async with flying(flight) as run:
         await until_taken_up(flight)
         await flight.clock.sleep(60.0)
@@ -83,8 +75,8 @@ async def test_vehicles_keep_their_layers_and_limits_and_wait_for_an_operator() 
 
 @pytest.mark.looptime
 @pytest.mark.parametrize("action", [Action.RETURN, Action.LAND])
-async def test_they_are_brought_down_apart(action: Action) -> None:
-    flight = await restarted(await flown_before())
+async def test_they_are_brought_down_apart(last: MissionSnapshot, action: Action) -> None:
+    flight = follow(last)
     async with flying(flight) as run:
         watch = asyncio.create_task(flight.watch_separation())
         await until_taken_up(flight)
@@ -103,9 +95,8 @@ async def test_they_are_brought_down_apart(action: Action) -> None:
 
 
 @pytest.mark.looptime
-async def test_one_heard_later_is_attached_too_and_one_in_its_failsafe_is_left_to_it() -> None:
-    last = await flown_before()
-    flight = await restarted(last)
+async def test_one_heard_later_is_attached_too_and_one_in_its_failsafe_is_left_to_it(last: MissionSnapshot) -> None:
+    flight = follow(last)
     late = flight.fleet.members.pop(2)
     flight.fleet.members[3].mode = FlightMode.RETURN
     async with flying(flight) as run:
@@ -122,12 +113,13 @@ async def test_one_heard_later_is_attached_too_and_one_in_its_failsafe_is_left_t
 
 
 @pytest.mark.looptime
-async def test_one_that_a_pilot_holds_in_a_mode_of_ours_stays_with_the_pilot_until_it_is_resumed_alone() -> None:
-    last = await flown_before()
+async def test_one_that_a_pilot_holds_in_a_mode_of_ours_stays_with_the_pilot_until_it_is_resumed_alone(
+    last: MissionSnapshot,
+) -> None:
     reason = "its mode changed to LOITER"
     first, *others = last.vehicles
     piloted = replace(first, telemetry=replace(first.telemetry, taken_over=reason, has_pilot=True))
-    flight = await restarted(replace(last, vehicles=(piloted, *others)))
+    flight = follow(replace(last, vehicles=(piloted, *others)))
     vehicle = flight.fleet.members[1]
     async with flying(flight) as run:
         await until_taken_up(flight)
@@ -145,11 +137,10 @@ async def test_one_that_a_pilot_holds_in_a_mode_of_ours_stays_with_the_pilot_unt
 
 
 @pytest.mark.looptime
-async def test_a_landing_that_a_pilot_has_begun_before_is_not_stopped_by_a_hold_for_all() -> None:
-    last = await flown_before()
+async def test_a_landing_that_a_pilot_has_begun_before_is_not_stopped_by_a_hold_for_all(last: MissionSnapshot) -> None:
     first, *others = last.vehicles
     piloted = replace(first, telemetry=replace(first.telemetry, taken_over="its mode changed to LAND", has_pilot=True))
-    flight = await restarted(replace(last, vehicles=(piloted, *others)))
+    flight = follow(replace(last, vehicles=(piloted, *others)))
     vehicle = flight.fleet.members[1]
     vehicle.mode = FlightMode.LAND
     async with flying(flight) as run:
@@ -165,16 +156,18 @@ async def test_a_landing_that_a_pilot_has_begun_before_is_not_stopped_by_a_hold_
 
 
 @pytest.mark.looptime
-async def test_resume_is_refused_while_all_are_in_failsafes_and_possible_when_they_come_back() -> None:
-    flight = await restarted(await flown_before())
+async def test_resume_is_refused_while_all_are_in_failsafes_and_possible_when_they_come_back(
+    last: MissionSnapshot,
+) -> None:
+    flight = follow(last)
     vehicles = flight.fleet.members.values()
     for vehicle in vehicles:
         vehicle.failsafe = "battery"
     async with flying(flight) as run:
         await until_taken_up(flight)
-        for still_out, follow in ((3, 0), (2, 1)):
+        for still_out, flying_by in ((3, 0), (2, 1)):
             with pytest.raises(
-                MissionError, match=rf"Cannot resume.*and has {follow} .*failsafe is active \(battery"
+                MissionError, match=rf"Cannot resume.*and has {flying_by} .*failsafe is active \(battery"
             ) as raised:
                 await flight.commands.act(Action.RESUME, None)
             assert str(raised.value).count("failsafe is active") == still_out
@@ -189,9 +182,8 @@ async def test_resume_is_refused_while_all_are_in_failsafes_and_possible_when_th
 
 
 @pytest.mark.looptime
-async def test_a_changed_plan_is_not_flown_on_by_and_landed_vehicles_are_no_flight() -> None:
-    last = await flown_before()
-    changed = await restarted(replace(last, area_enu_m=((0.0, 0.0), (9.0, 0.0), (9.0, 9.0))), auto_start=False)
+async def test_a_changed_plan_is_not_flown_on_by_and_landed_vehicles_are_no_flight(last: MissionSnapshot) -> None:
+    changed = follow(replace(last, area_enu_m=((0.0, 0.0), (9.0, 0.0), (9.0, 9.0))), auto_start=False)
     async with flying(changed) as run:
         await changed.until(lambda: any("cannot be taken up" in text for text in changed.texts()))
         assert changed.mission.phase in {Phase.CONNECT, Phase.PREFLIGHT}
@@ -206,9 +198,8 @@ async def test_a_changed_plan_is_not_flown_on_by_and_landed_vehicles_are_no_flig
 
 
 @pytest.mark.looptime
-async def test_one_that_was_still_climbing_climbs_straight_into_its_layer() -> None:
-    last = await flown_before()
-    flight = await restarted(last)
+async def test_one_that_was_still_climbing_climbs_straight_into_its_layer(last: MissionSnapshot) -> None:
+    flight = follow(last)
     low = flight.fleet.members[1]
     low.start_enu_m = low.goal_enu_m = low.home_enu_m + np.array([0.0, 0.0, 8.0])
     async with flying(flight) as run:

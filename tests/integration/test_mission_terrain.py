@@ -22,11 +22,11 @@ from aos_gcs.mission.model.checks import CheckStatus, PreflightCheck
 from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.preflight import checks
-from aos_gcs.mission.search.retrace import Retrace
 from aos_gcs.planning.settings import PreflightSettings, TerrainSettings
 from tests.fakes.fleet import ORIGIN
 from tests.fakes.mission_flight import Flight, flying, prepare
 from tests.fakes.relief import Relief, hill, level, terrain, write_relief
+from tests.fakes.retraced import check_decisions_again
 from tests.fakes.waypoints import request
 
 pytestmark = pytest.mark.looptime
@@ -153,6 +153,7 @@ async def test_the_focal_plane_is_that_of_the_ground_below_the_swarm_then_at_the
     target = flight.view.snapshot().target
     assert target is not None
     assert flight.view.steps()[-1].focal_height_m == pytest.approx(RISE * target.position_enu_m[1], abs=0.2)
+    check_decisions_again(flight.recorder)
 
 
 @pytest.mark.parametrize(
@@ -168,17 +169,3 @@ async def test_the_focal_plane_stays_level_over_treetops_and_on_request(
         await flight.commands.act(Action.ABORT, None)
         await run
     assert {step.focal_height_m for step in flight.view.steps()} == {0.5}
-
-
-async def test_a_missions_decisions_over_relief_are_made_again_from_its_record(tmp_path: Path) -> None:
-    flight = prepare(n=4, terrain=model(tmp_path, rising), preflight=RETURNING)
-    async with flying(flight) as run:
-        assert await run is Outcome.FOUND
-    recorder = flight.recorder
-    retrace = Retrace(recorder.searches[0])
-    for step, decision in sorted(recorder.decisions.items()):
-        captures = [frame for number, frame in recorder.frames if number == step]
-        again = retrace.decide(decision, captures)
-        assert again.record.target_enu_m == recorder.steps[step].target_enu_m
-        if step in recorder.conclusions:
-            assert retrace.conclude(recorder.conclusions[step]).targets == recorder.conclusions[step].targets
