@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -47,6 +48,13 @@ def hill_m(x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64
     return np.asarray(0.8 * np.sin(0.23 * x) * np.cos(0.19 * y) + 0.02 * x)
 
 
+@cache
+def _texture() -> NDArray[np.float64]:
+    noise = np.random.default_rng(7).normal(size=(1500, 1500))
+    texture = sum(cv2.GaussianBlur(noise, (0, 0), sigma) * sigma for sigma in (1.0, 2.5, 6.0))
+    return np.asarray(120.0 + 38.0 * texture / np.std(texture))
+
+
 class CalibrationFlight:
     """Lines in several directions at several heights, as images and a poses file with times."""
 
@@ -55,10 +63,7 @@ class CalibrationFlight:
         self.images.mkdir()
         self.poses = folder / "poses.json"
         self.document: dict[str, list[dict[str, Any]]] = {"images": []}
-        rng = np.random.default_rng(7)
-        noise = rng.normal(size=(1500, 1500))
-        texture = sum(cv2.GaussianBlur(noise, (0, 0), sigma) * sigma for sigma in (1.0, 2.5, 6.0))
-        self._texture = 120.0 + 38.0 * texture / np.std(texture)
+        rng, self._texture = np.random.default_rng(8), _texture()
         width, height = truth.size_px
         told = CameraModel.from_fov(width, height, math.radians(FOV_DEG))
         focal_px = told.fx_px * (1.0 + truth.focal_error)

@@ -274,7 +274,8 @@ class _System:
         # Points that hardly any parallax places would have no inverse.
         least = _LEAST_SHARE * diagonal.max(axis=1, keepdims=True) + 1e-9
         inverse = np.linalg.inv(self.N_points + np.eye(3) * (damping * diagonal + least)[:, np.newaxis, :])
-        weighted = np.einsum("cmi,mij->cmj", self.cross, inverse)
+        # One product per point: einsum takes fifteen times as long.
+        weighted = (self.cross.transpose(1, 0, 2) @ inverse).transpose(1, 0, 2)
         size = len(self.N)
         N = self.N + damping * np.diag(np.diag(self.N))
         return N - weighted.reshape(size, -1) @ self.cross.reshape(size, -1).T, inverse, weighted
