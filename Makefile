@@ -35,16 +35,21 @@ help: ## Show this help
 demo: web $(HAS_SIM) ## Fly the simulated mission with the dashboard; ARGS="..." for aos-gcs demo
 	$(VENV)/bin/aos-gcs demo $(ARGS)
 
-# Style and types are checked beside the tests, and reported after them. These tests wait for nothing: more
-# processes than cores would only import everything once more.
-check: WORKERS = $(shell getconf _NPROCESSORS_ONLN)
-check: $(HAS_DEV) ## Check style and types, run unit and contract tests without waiting: before every commit; ARGS="..." for pytest
+# Checks style and types, which one core does, beside the command $(1), and reports them after it.
+define beside_lint
 	@mkdir -p .make; \
 	$(MAKE) --no-print-directory lint >.make/lint.log 2>&1 & lint=$$!; trap "kill $$lint 2>/dev/null" INT TERM; \
-	$(PYTEST) $(PARALLEL) -m "not slow and not sitl and not realtime" tests/unit tests/contract $(ARGS); tests=$$?; \
-	wait $$lint; style=$$?; echo; cat .make/lint.log; test $$tests -eq 0 -a $$style -eq 0
+	$(1); status=$$?; \
+	wait $$lint; style=$$?; echo; cat .make/lint.log; test $$status -eq 0 -a $$style -eq 0
+endef
 
-test: web lint web-check ## Check and test everything but slow and sitl; ARGS="..." for pytest
+# These tests wait for nothing: more processes than cores would only import everything once more.
+check: WORKERS = $(shell getconf _NPROCESSORS_ONLN)
+check: $(HAS_DEV) ## Check style and types, run unit and contract tests without waiting: before every commit; ARGS="..." for pytest
+	$(call beside_lint,$(PYTEST) $(PARALLEL) -m "not slow and not sitl and not realtime" tests/unit tests/contract $(ARGS))
+
+test: $(HAS_DEV) ## Check and test everything but slow and sitl; ARGS="..." for pytest
+	$(call beside_lint,$(MAKE) --no-print-directory web-check)
 	$(PYTEST) $(PARALLEL) $(ARGS)
 
 test-slow: web $(HAS_DEV) ## Run the slow tests
@@ -65,7 +70,7 @@ bench: web $(HAS_DEV) ## Measure, and write docs/performance.md; ARGS="imaging r
 lint: $(HAS_DEV) ## Check style and types of the Python code
 	$(VENV)/bin/ruff check
 	$(VENV)/bin/ruff format --check
-	$(VENV)/bin/mypy --num-workers auto
+	$(VENV)/bin/mypy
 
 web: $(PY) ## Build the dashboard where its sources have changed
 	@$(PY) scripts/build_dashboard.py
