@@ -25,7 +25,7 @@ from aos_gcs.api.relief_maps import ReliefMaps
 from aos_gcs.api.routers.plans import IMPORT_PATH
 from aos_gcs.handover.model import HandoverControl
 from aos_gcs.mission.control import FindingCommands, MissionCommands, MissionView, ReplayControl
-from aos_gcs.mission.viewing import ViewControl
+from aos_gcs.mission.viewing import OperationView, SortieChoice, ViewControl
 from aos_gcs.planning.settings import TerrainSettings
 from aos_gcs.store.plan_folder import PlanFolder
 
@@ -50,6 +50,8 @@ def create_app(
     replay: ReplayControl | None = None,
     viewer: ViewControl | None = None,
     handovers: HandoverControl | None = None,
+    operation: OperationView | None = None,
+    sortie_choice: SortieChoice | None = None,
     plans_folder: Path = Path("plans"),
     basemap_file: Path | None = None,
     terrain: TerrainSettings | None = None,
@@ -69,6 +71,8 @@ def create_app(
         replay: replay of the mission; None for a live one.
         viewer: viewer of its frames; None where they are not recorded.
         handovers: hand-overs of its record; None where there is none.
+        operation: sorties of its operation, and their frames; None where nothing is recorded.
+        sortie_choice: choice of the sortie that is replayed; None for a live mission.
         plans_folder: folder of saved plans.
         basemap_file: a PMTiles file to show below the mission; without one the page has a metric grid.
         terrain: elevation model of a mission that cannot be commanded; others tell theirs.
@@ -83,6 +87,8 @@ def create_app(
     app.state.replay = replay
     app.state.viewer = viewer
     app.state.handovers = handovers
+    app.state.operation = operation
+    app.state.sortie_choice = sortie_choice
     app.state.basemap_file = basemap_file
     app.state.terrain = terrain
     app.state.reliefs = ReliefMaps()
@@ -92,6 +98,7 @@ def create_app(
         planning=commands is not None,
         viewer=viewer is not None,
         findings=app.state.findings is not None,
+        operation=operation is not None,
         survey=findings is not None,
         handover=handovers is not None,
     )

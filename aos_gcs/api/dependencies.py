@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, cast
 
-from fastapi import Depends, Header
+from fastapi import Depends, Header, Query
 from starlette.requests import HTTPConnection
 
 from aos_gcs.api.access.operators import Access, Session
@@ -19,7 +19,7 @@ from aos_gcs.errors import MissionError
 from aos_gcs.handover.model import HandoverControl
 from aos_gcs.mission.control import FindingCommands, MissionCommands, MissionView, ReplayControl
 from aos_gcs.mission.model.actions import Seen
-from aos_gcs.mission.viewing import ViewControl
+from aos_gcs.mission.viewing import OperationView, SortieChoice, ViewControl
 from aos_gcs.planning.settings import TerrainSettings
 from aos_gcs.store.plan_folder import PlanFolder
 
@@ -96,11 +96,44 @@ def _get_replay(connection: HTTPConnection) -> ReplayControl:
     return replay
 
 
-def _get_viewer(connection: HTTPConnection) -> ViewControl:
+def _get_sortie_choice(connection: HTTPConnection) -> SortieChoice | None:
+    return cast("SortieChoice | None", connection.app.state.sortie_choice)
+
+
+def _get_operation(connection: HTTPConnection) -> OperationView:
+    operation = cast("OperationView | None", connection.app.state.operation)
+    if operation is None:
+        raise NotFoundError("This mission is not recorded; there is no operation that it belongs to.")
+    return operation
+
+
+async def viewer_of(connection: HTTPConnection, mission_id: str) -> ViewControl:
+    """Return the views of the recorded frames of a mission of the operation; those of the shown one for no name.
+
+    Raises:
+        NotFoundError: nothing is recorded, or the operation has no such mission.
+    """
     viewer = cast("ViewControl | None", connection.app.state.viewer)
     if viewer is None:
         raise NotFoundError("This mission is not recorded; there are no frames to show.")
-    return viewer
+    operation = cast("OperationView | None", connection.app.state.operation)
+    shown_id = _get_mission(connection).snapshot().mission_id
+    if operation is None:
+        found = viewer if mission_id in ("", shown_id) else None
+    else:
+        found = await operation.viewer(mission_id or shown_id)
+    if found is None:
+        raise NotFoundError(f"The operation has no mission {mission_id or shown_id}; there are no frames to show.")
+    return found
+
+
+async def _get_viewer(
+    connection: HTTPConnection,
+    mission_id: Annotated[
+        str, Query(max_length=200, description="A mission of the operation; none: the one shown.")
+    ] = "",
+) -> ViewControl:
+    return await viewer_of(connection, mission_id)
 
 
 def _get_handovers(connection: HTTPConnection) -> HandoverControl:
@@ -134,6 +167,8 @@ def _get_reliefs(connection: HTTPConnection) -> ReliefMaps:
 
 BasemapFile = Annotated[Path | None, Depends(_get_basemap_file)]
 OnceOnly = Annotated[Once, Depends(once_of)]
+Operation = Annotated[OperationView, Depends(_get_operation)]
+ChosenSortie = Annotated[SortieChoice | None, Depends(_get_sortie_choice)]
 Terrain = Annotated[TerrainSettings | None, Depends(_get_terrain)]
 Reliefs = Annotated[ReliefMaps, Depends(_get_reliefs)]
 Replay = Annotated[ReplayControl, Depends(_get_replay)]

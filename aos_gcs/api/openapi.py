@@ -14,7 +14,19 @@ from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 
 from aos_gcs.api.models.messages import SERVER_MESSAGE
-from aos_gcs.api.routers import basemap, events, findings, handover, mission, plans, relief, replay, session, viewer
+from aos_gcs.api.routers import (
+    basemap,
+    events,
+    findings,
+    handover,
+    mission,
+    operation,
+    plans,
+    relief,
+    replay,
+    session,
+    viewer,
+)
 
 _DESCRIPTION = (
     "Ground control of a swarm of camera drones. Errors have the body ErrorModel. The WebSocket /api/events sends "
@@ -24,7 +36,8 @@ _DESCRIPTION = (
 
 def add_routes(app: FastAPI) -> None:
     """Add all routes of the API."""
-    for group in (session, mission, plans, replay, viewer, findings, handover, basemap, relief, events):
+    groups = (session, mission, operation, plans, replay, viewer, findings, handover, basemap, relief, events)
+    for group in groups:
         # Routers state whole paths. Other than with include_router, applications share the routes once they are built.
         app.router.routes.extend(group.router.routes)
 

@@ -57,23 +57,27 @@ async def _show(folder: Path, config: ApiConfig) -> None:
     from aos_gcs.clock import LoopClock  # noqa: PLC0415 - heavy, only for this command
     from aos_gcs.runtime.dashboard import open_dashboard  # noqa: PLC0415
     from aos_gcs.runtime.handover import HandoverPrinter  # noqa: PLC0415
-    from aos_gcs.runtime.recorded_settings import recorded_settings  # noqa: PLC0415
+    from aos_gcs.runtime.operation import ReplayedOperation  # noqa: PLC0415
     from aos_gcs.runtime.sign_in import operator_secrets  # noqa: PLC0415
-    from aos_gcs.runtime.viewer import open_viewer  # noqa: PLC0415
-    from aos_gcs.store.reader import MissionReader  # noqa: PLC0415
-    from aos_gcs.store.replay import MissionReplay  # noqa: PLC0415
 
     secrets = operator_secrets(config)
-    with MissionReader(folder) as reader:
-        clock = LoopClock()
-        mission = MissionReplay(reader, clock)
-        viewer, handovers = open_viewer(reader), HandoverPrinter(folder, clock.utc_s)
-        settings = recorded_settings(reader)
-        terrain = None if settings is None else settings.terrain
+    clock = LoopClock()
+    with ReplayedOperation(folder, clock) as operation:
+        shown = operation.replay
+        viewer = await operation.viewer(shown.snapshot().mission_id)
+        handovers = HandoverPrinter(lambda: operation.shown_folder, clock.utc_s)
         async with (
             open_dashboard(
-                mission, config, secrets, replay=mission, viewer=viewer, handovers=handovers, terrain=terrain
+                shown,
+                config,
+                secrets,
+                replay=shown,
+                viewer=viewer,
+                operation=operation,
+                sortie_choice=operation,
+                handovers=handovers,
+                terrain=operation.terrain,
             ),
             asyncio.TaskGroup() as group,
         ):
-            group.create_task(mission.run())
+            group.create_task(shown.run())

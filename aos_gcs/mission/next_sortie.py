@@ -68,6 +68,6 @@ def next_sortie(
 
 
 def _carried(finding: Finding, mission_id: str) -> Finding:
-    """Return a finding as the next sortie knows it: its tracks, times and frames are those of another mission."""
+    """Return a finding as the next sortie knows it: its track, times and step are those of another mission."""
     found_in = finding.found_in or mission_id
-    return replace(finding, found_in=found_in, track_id=None, found_at_s=0.0, seen_at_s=0.0, step=0)
+    return replace(finding, found_in=found_in, track_id=None, found_at_s=0.0, seen_at_s=0.0)

@@ -8,6 +8,7 @@ from typing import Protocol
 
 from aos_gcs.errors import AosError
 from aos_gcs.geometry.geodesy import EnuPoint
+from aos_gcs.mission.model.operation import SortieRecord
 
 
 class ViewerBusyError(AosError):
@@ -160,5 +161,33 @@ class ViewControl(Protocol):
             ConfigurationError: the square cannot be used.
             InputDataError: the frames are not there, or damaged.
             ViewerBusyError: too many others wait.
+        """
+        ...
+
+
+class OperationView(Protocol):
+    """The sorties of the operation that the shown mission belongs to."""
+
+    async def sorties(self) -> tuple[SortieRecord, ...]:
+        """Return them in the order of their numbers.
+
+        Raises:
+            InputDataError: the record of the shown mission is damaged.
+        """
+        ...
+
+    async def viewer(self, mission_id: str) -> ViewControl | None:
+        """Return the views of the recorded frames of a sortie; None if the operation has no such sortie."""
+        ...
+
+
+class SortieChoice(Protocol):
+    """Choice of the sortie that a replay shows."""
+
+    async def show(self, mission_id: str) -> bool:
+        """Show another sortie of the operation to all clients, and return whether there is one of that name.
+
+        Raises:
+            InputDataError: its record cannot be shown; the replay stays where it is.
         """
         ...

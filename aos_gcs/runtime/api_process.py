@@ -19,6 +19,7 @@ from aos_gcs.runtime.api_start import ApiStart
 from aos_gcs.runtime.dashboard import serve_flight
 from aos_gcs.runtime.follower import Alive, run_follower
 from aos_gcs.runtime.handover import HandoverPrinter
+from aos_gcs.runtime.operation import Operation
 from aos_gcs.runtime.viewer import Viewer
 from aos_gcs.runtime.workers import VIEWS
 from aos_gcs.workers.process import open_worker
@@ -47,8 +48,12 @@ async def _show(listener: socket.socket, mirror: MissionMirror, start: ApiStart,
         await mirror.greeted()
         settings = mirror.settings
         viewer = Viewer(start.mission_folder, settings.imaging, settings.autofocus.reach_m, views)
-        handovers = HandoverPrinter(start.mission_folder, LoopClock().utc_s)
-        async with serve_flight(listener, mirror, start.api, start.secrets(), viewer=viewer, handovers=handovers):
+        operation = Operation(start.mission_folder, views)
+        operation.keep(mirror.snapshot().mission_id, viewer)
+        handovers = HandoverPrinter(lambda: start.mission_folder, LoopClock().utc_s)
+        async with serve_flight(
+            listener, mirror, start.api, start.secrets(), viewer=viewer, operation=operation, handovers=handovers
+        ):
             alive.begin_to_serve()
             await asyncio.Event().wait()
 

@@ -13,7 +13,7 @@ from aos_gcs.bridge.mirror import MissionMirror
 from aos_gcs.config.model import ApiConfig
 from aos_gcs.handover.model import HandoverControl
 from aos_gcs.mission.control import FindingCommands, MissionView, ReplayControl
-from aos_gcs.mission.viewing import ViewControl
+from aos_gcs.mission.viewing import OperationView, SortieChoice, ViewControl
 from aos_gcs.planning.settings import TerrainSettings
 from aos_gcs.runtime.sign_in import OperatorSecrets, announce
 
@@ -27,6 +27,7 @@ async def serve_flight(
     *,
     viewer: ViewControl,
     handovers: HandoverControl,
+    operation: OperationView,
 ) -> AsyncIterator[None]:
     """Serve the dashboard of a mission in another process for as long as the context is entered.
 
@@ -37,6 +38,7 @@ async def serve_flight(
         operators: code by which operators sign in, and who has.
         viewer: views of recorded frames.
         handovers: hand-overs of the record.
+        operation: sorties of its operation.
     """
     app = create_app(
         mission,
@@ -45,6 +47,7 @@ async def serve_flight(
         commands=mission,
         viewer=viewer,
         handovers=handovers,
+        operation=operation,
         plans_folder=config.plans_folder,
         basemap_file=config.basemap,
         upstream=mission,
@@ -63,6 +66,8 @@ async def open_dashboard(
     replay: ReplayControl | None = None,
     viewer: ViewControl | None = None,
     handovers: HandoverControl | None = None,
+    operation: OperationView | None = None,
+    sortie_choice: SortieChoice | None = None,
     terrain: TerrainSettings | None = None,
 ) -> AsyncIterator[None]:
     """Serve the dashboard of a mission that is only shown, for as long as the context is entered.
@@ -75,6 +80,8 @@ async def open_dashboard(
         replay: control of the replay.
         viewer: views of recorded frames.
         handovers: hand-overs of the record.
+        operation: sorties of the mission's operation; None for surveys.
+        sortie_choice: choice of the sortie that is replayed.
         terrain: elevation model of the mission.
 
     Raises:
@@ -91,6 +98,8 @@ async def open_dashboard(
         replay=replay,
         viewer=viewer,
         handovers=handovers,
+        operation=operation,
+        sortie_choice=sortie_choice,
         plans_folder=config.plans_folder,
         basemap_file=config.basemap,
         terrain=terrain,

@@ -85,11 +85,11 @@ class HandoverPrinter:
     Each hand-over is made in a process of its own, which ends with it: none is kept for what is wanted twice a day.
 
     Args:
-        folder: mission folder.
+        folder: returns the mission folder; that of the sortie shown, in a replay.
         utc_s: clock of the print.
     """
 
-    def __init__(self, folder: Path, utc_s: Callable[[], float]) -> None:
+    def __init__(self, folder: Callable[[], Path], utc_s: Callable[[], float]) -> None:
         self._folder = folder
         self._utc_s = utc_s
         self._is_busy = False
@@ -97,11 +97,11 @@ class HandoverPrinter:
     async def handover(self, options: HandoverOptions) -> bytes:
         """Return the hand-over of the mission so far as a PDF."""
         check_printing(options)
-        return await self._compute(make_handover, self._folder, options, self._utc_s())
+        return await self._compute(make_handover, self._folder(), options, self._utc_s())
 
     async def flight_log(self) -> str:
         """Return the flights of all vehicles so far as CSV."""
-        return await self._compute(make_flight_log, self._folder)
+        return await self._compute(make_flight_log, self._folder())
 
     async def _compute(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
         if self._is_busy:
@@ -154,7 +154,7 @@ def _source_of(finding: Finding, source: ViewSource) -> ViewSource:
 def _picture(finding: Finding, kind: ViewKind, source: ViewSource) -> FindingPicture:
     east_m, north_m, up_m = finding.position_enu_m
     window = ViewWindow(east_m, north_m, _HALF_WIDTH_M)
-    height_m = None if finding.track_id is None else up_m
+    height_m = up_m if finding.sightings else None
     view = view_step(source, finding.step, kind, height_m, window=window, picture_format=PictureFormat.PNG)
     caption = f"{_KINDS[kind]} of step {finding.step}, {2.0 * _HALF_WIDTH_M:g} m wide, north up"
     return FindingPicture(caption, 2.0 * _HALF_WIDTH_M, _on_white(view.data))

@@ -95,7 +95,7 @@ async def run_survey(survey: SurveyFolder, config: ApiConfig | None, imaging: Im
         else:
             viewer = Viewer(survey.folder, imaging, AutofocusSettings().reach_m)
             secrets = operator_secrets(config)
-            handovers = HandoverPrinter(survey.folder, clock.utc_s)
+            handovers = HandoverPrinter(lambda: survey.folder, clock.utc_s)
             async with open_dashboard(mission, config, secrets, findings=mission, viewer=viewer, handovers=handovers):
                 await _examine(examiner)
                 _log.info("%s The dashboard stays available until Ctrl-C.", mission.snapshot().message)

@@ -98,10 +98,10 @@ class Viewer:
             self._waiting -= 1
 
 
-def open_viewer(reader: MissionReader) -> Viewer:
-    """Return the viewer of a recorded mission, with the settings that it was flown with."""
+def open_viewer(reader: MissionReader, worker: Worker | None = None) -> Viewer:
+    """Return the viewer of a recorded mission, with the settings that it was flown with; see ``Viewer``."""
     source = view_source(reader)
-    return Viewer(source.folder, source.settings, source.focus_reach_m)
+    return Viewer(source.folder, source.settings, source.focus_reach_m, worker)
 
 
 def view_source(reader: MissionReader) -> ViewSource:

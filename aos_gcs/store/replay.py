@@ -39,24 +39,38 @@ class MissionReplay:
     """
 
     def __init__(self, reader: MissionReader, clock: Clock) -> None:
-        self._reader = reader
         self._clock = clock
         self._stream = EventStream(clock)
+        self._speed = 1.0
+        self._load(reader)
+
+    def _load(self, reader: MissionReader) -> None:
+        """Take up a recording at its beginning, not playing; nothing changes if it cannot be shown."""
         index = reader.event_index()
-        self._snapshots = [entry for entry in index if entry.kind is EventKind.SNAPSHOT]
-        if not self._snapshots:
+        snapshots = [entry for entry in index if entry.kind is EventKind.SNAPSHOT]
+        if not snapshots:
             raise InputDataError(f"{reader.folder} contains no snapshot of the mission; it ended before it began")
-        self._start_utc_s = index[0].utc_s
-        self._end_utc_s = self._start_utc_s + _reached_s(index[-1].utc_s - self._start_utc_s)
         kinds = (kind for kind in EventKind if kind is not EventKind.SNAPSHOT)
         events = sorted((event for kind in kinds for event in reader.events(kind)), key=lambda event: event.seq)
         self._events = list(_numbered(events))
+        self._reader, self._snapshots = reader, snapshots
+        self._start_utc_s = index[0].utc_s
+        self._end_utc_s = self._start_utc_s + _reached_s(index[-1].utc_s - self._start_utc_s)
         self._event_times = [event.utc_s for event in self._events]
-        self._snapshot_times = [entry.utc_s for entry in self._snapshots]
+        self._snapshot_times = [entry.utc_s for entry in snapshots]
         self._shown: tuple[EventEntry, MissionSnapshot] | None = None
         self._utc_s = self._start_utc_s
-        self._speed = 1.0
         self._playing = False
+
+    def show(self, reader: MissionReader) -> None:
+        """Show another mission from its beginning; its reader must stay open, and the former one may be closed.
+
+        Raises:
+            InputDataError: the recording holds no state to show, or is damaged; the former mission is still shown.
+        """
+        self._load(reader)
+        self._stream.publish(EventKind.JUMP, JumpRecord(()))
+        self._stream.publish(EventKind.SNAPSHOT, self.snapshot())
 
     # --- MissionView --------------------------------------------------------------------------------------------------
 

@@ -21,9 +21,8 @@ from aos_gcs.api.page import STATIC_FOLDER
 from aos_gcs.api.server import serve
 from aos_gcs.clock import LoopClock
 from aos_gcs.imaging.step.settings import ImagingSettings
+from aos_gcs.runtime.operation import ReplayedOperation
 from aos_gcs.runtime.viewer import Viewer
-from aos_gcs.store.reader import MissionReader
-from aos_gcs.store.replay import MissionReplay
 from tests.browser.pages import TIMEOUT_MS
 from tests.fakes.app import app_of
 from tests.fakes.mission import ScriptedMission
@@ -256,23 +255,27 @@ async def guarded_service(dashboard_build: None) -> AsyncIterator[Service]:  # n
 async def replay_service(
     tmp_path_factory: pytest.TempPathFactory,
     dashboard_build: None,  # noqa: ARG001 - asked for its check only
-) -> AsyncIterator[tuple[MissionReplay, str]]:
-    """A scripted mission as ``aos-gcs replay`` serves it, with frames for its first step, and its address."""
+) -> AsyncIterator[tuple[ReplayedOperation, str]]:
+    """Two sorties as ``aos-gcs replay`` serves them, with frames for the first step of the first; their address."""
     folder = tmp_path_factory.mktemp("replay")
     await record(folder / "mission")
+    await record(folder / "second", vehicles=3, manifest={"operation": "mission", "sortie": 2})
     frames = await record_viewed_step(folder / "frames")
-    with MissionReader(folder / "mission") as reader:
-        mission = MissionReplay(reader, LoopClock())
+    with ReplayedOperation(folder / "mission", LoopClock()) as operation:
+        mission = operation.replay
         viewer = Viewer(frames, ImagingSettings(), focus_reach_m=10.0)
-        async with serve(create_app(mission, replay=mission, viewer=viewer), port=0) as address:
+        operation.keep("mission", viewer)
+        app = create_app(mission, replay=mission, viewer=viewer, operation=operation, sortie_choice=operation)
+        async with serve(app, port=0) as address:
             running = asyncio.create_task(mission.run())
-            yield mission, address.url
+            yield operation, address.url
             running.cancel()
 
 
-@pytest.fixture
-def replayed(replay_service: tuple[MissionReplay, str]) -> str:
-    """The address of a replay that stands at its beginning."""
-    mission, url = replay_service
-    mission.seek(time_s=0.0, speed=1.0, playing=False)
+@pytest_asyncio.fixture(loop_scope="session")
+async def replayed(replay_service: tuple[ReplayedOperation, str]) -> str:
+    """The address of a replay that stands at the beginning of the first sortie."""
+    operation, url = replay_service
+    await operation.show("mission")
+    operation.replay.seek(time_s=0.0, speed=1.0, playing=False)
     return url

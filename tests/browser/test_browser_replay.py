@@ -181,3 +181,19 @@ async def test_a_picture_is_moved_and_zoomed_by_keys_and_fingers(
     assert pinched is not None
     assert pinched["x"] - x == pytest.approx(2.0 * (moved["x"] - x), abs=3.0)
     assert page_record.errors == []
+
+
+async def test_another_sortie_of_the_operation_can_be_replayed(
+    page: Page, replayed: str, page_record: PageRecord
+) -> None:
+    await open_page(page, replayed, "understand")
+    sorties = page.get_by_test_id("sorties")
+    await expect(sorties.locator("tr[aria-current=true] th")).to_have_text("1")
+    await sorties.get_by_test_id("show-sortie-2").click()
+    await expect(sorties.locator("tr[aria-current=true] th")).to_have_text("2")
+    await expect(page).to_have_title(re.compile("^REPLAY second"))
+    await expect(page.get_by_test_id("another-mission")).to_have_count(0)
+    await page.get_by_test_id("view-fly").click()
+    await expect(page.get_by_test_id("vehicle-3")).to_be_visible()
+    await expect(page.get_by_test_id("vehicle-4")).to_have_count(0)
+    assert page_record.errors == []

@@ -53,6 +53,7 @@ class ScriptedMission:
         self.stream = EventStream(clock)
         self.actions: list[tuple[Action, tuple[int, ...] | None]] = []
         self.overrides: dict[tuple[int, str], CheckOverride] = {}
+        self.mission_id = "scripted-1"
         self.findings = Findings()
         self.acknowledgements = Acknowledgements()
         self.order = CommandOrder("scripted-1", lambda: 0.0, math.inf)
@@ -88,7 +89,7 @@ class ScriptedMission:
     def snapshot(self) -> MissionSnapshot:
         """Return the present state."""
         return MissionSnapshot(
-            mission_id="scripted-1",
+            mission_id=self.mission_id,
             strategy="aos-apso",
             phase=self.phase,
             suspension=self.suspension,

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 
 from aos_gcs.clock import LoopClock
 from aos_gcs.mission.model.actions import Action
@@ -27,11 +29,14 @@ class HandClock(LoopClock):
         return self.utc
 
 
-async def record(folder: Path, length_s: int = LENGTH_S, vehicles: int = 8) -> list[Event]:
-    """Record a scripted mission, one snapshot per second, and return its events."""
+async def record(
+    folder: Path, length_s: int = LENGTH_S, vehicles: int = 8, manifest: Mapping[str, object] = MappingProxyType({})
+) -> list[Event]:
+    """Record a scripted mission of the folder's name, one snapshot per second, and return its events."""
     clock = HandClock()
     mission = ScriptedMission(clock, vehicles)
-    database = MissionDatabase(folder, {})
+    mission.mission_id = folder.name
+    database = MissionDatabase(folder, manifest)
     with mission.stream.subscribe(100_000) as subscription:
         await mission.act(Action.START, None)
         for second in range(length_s):

@@ -36,13 +36,16 @@ async def record_viewed_step(root: Path) -> Path:
 async def record_step(root: Path, frames: Sequence[Frame]) -> Path:
     """Record one step of these frames, the plane on the ground, and return the mission's folder."""
     mission = ScriptedMission(HandClock())
+    mission.mission_id = "m"
     mission.make_step()
-    async with MissionRecorder.create(root, "m", {"configuration": {}}, notify=lambda _: None) as recorder:
+    async with MissionRecorder.create(
+        root, mission.mission_id, {"configuration": {}}, notify=lambda _: None
+    ) as recorder:
         await recorder.record_event(Event(1, 999.0, EventKind.SNAPSHOT, mission.snapshot()))
         for frame in frames:
             await recorder.record_frame(1, _capture(frame))
         await recorder.record_step(replace(mission.steps()[0], focal_height_m=0.0), {})
-    return root / "m"
+    return root / mission.mission_id
 
 
 def _frame(vehicle_id: int, east_m: float) -> Frame:

@@ -51,7 +51,7 @@ async def test_the_next_sortie_keeps_findings_and_judgements_but_neither_tracks_
         assert await run is Outcome.NOT_FOUND
     (kept,) = second.view.snapshot().findings
     assert (kept.found_in, kept.status, kept.operator) == ("m", FindingStatus.CONFIRMED, "Ada")
-    assert (kept.position_enu_m, kept.track_id, kept.step) == (found.position_enu_m, None, 0)
+    assert (kept.position_enu_m, kept.track_id, kept.step) == (found.position_enu_m, None, found.step)
     assert any(text.startswith("Sortie 2.") for text in second.texts())
     assert second.recorder.outcome is not None
     assert second.recorder.outcome.summary["persons"] == []

@@ -303,7 +303,7 @@ async def worker(monkeypatch: pytest.MonkeyPatch) -> InThisProcess:
 
 @pytest.fixture
 async def client(folder: Path, worker: InThisProcess) -> AsyncIterator[httpx.AsyncClient]:  # noqa: ARG001 - is used
-    printer = runtime.HandoverPrinter(folder, lambda: PRINTED_UTC_S)
+    printer = runtime.HandoverPrinter(lambda: folder, lambda: PRINTED_UTC_S)
     app = app_of(ScriptedMission(HandClock()), handovers=printer, operator_code="x")
     async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://localhost") as client:
         yield client

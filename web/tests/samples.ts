@@ -80,7 +80,14 @@ export function notice(notice_id: number, text: string, changes: Partial<Notice>
   return { severity: "warning", notice_id, text, vehicle_id: null, track_id: null, elapsed_s: 0, utc_s: 0, ...changes };
 }
 
-export const CAPABILITIES = { planning: true, viewer: true, findings: true, survey: false, handover: true } as const;
+export const CAPABILITIES = {
+  planning: true,
+  viewer: true,
+  findings: true,
+  operation: true,
+  survey: false,
+  handover: true,
+} as const;
 
 export function target(changes: Partial<Target> = {}): Target {
   return {

@@ -34,7 +34,9 @@ EVENTS_KEPT = 1024
 """Events kept for clients that reconnect: minutes of a mission."""
 GREETING_KEPT_S = 0.25
 """Time for which many clients that connect at once share one greeting."""
-NO_CAPABILITIES = CapabilitiesModel(planning=False, viewer=False, findings=False, survey=False, handover=False)
+NO_CAPABILITIES = CapabilitiesModel(
+    planning=False, viewer=False, findings=False, operation=False, survey=False, handover=False
+)
 
 
 def loop_time_s() -> float:
@@ -225,6 +227,9 @@ class EventHub:
     def _start_over(self, jump: JumpRecord) -> None:
         self._notices = list(map(notice_model, jump.notices))
         self._events.clear()
+        # A replay may show another mission now.
+        self._steps.clear()
+        self._known_origin = None
         for outbox in self._outboxes:
             outbox.start_over()
 

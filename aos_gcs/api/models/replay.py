@@ -69,3 +69,6 @@ class ReplayRequest(WireModel):
     time_s: Annotated[float, Field(allow_inf_nan=False)] | None = None
     speed: Annotated[float, Field(gt=0.0, allow_inf_nan=False)] | None = None
     playing: bool | None = None
+    mission_id: Annotated[str, Field(min_length=1, max_length=200)] | None = Field(
+        default=None, description="Show another sortie of the operation, from its beginning; the rest applies to it."
+    )

@@ -33,6 +33,7 @@ class CapabilitiesModel(WireModel):
     planning: bool = Field(description="The plan can be read and changed.")
     viewer: bool = Field(description="Recorded steps can be seen again; findings have pictures.")
     findings: bool = Field(description="Findings can be marked and judged.")
+    operation: bool = Field(description="The sorties of the operation can be listed.")
     survey: bool = Field(description="A recorded flight is shown: there are no vehicles to watch or to command.")
     handover: bool = Field(description="The mission can be handed over as a PDF.")
 

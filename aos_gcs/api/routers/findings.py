@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from fastapi import APIRouter, Path, Query, Response
+from fastapi import APIRouter, Path, Query, Request, Response
 
 from aos_gcs.api.convert import findings as convert
-from aos_gcs.api.dependencies import CurrentSession, FindingChanges, Mission, Viewer
+from aos_gcs.api.dependencies import CurrentSession, FindingChanges, Mission, viewer_of
 from aos_gcs.api.errors import NotFoundError
 from aos_gcs.api.models.base import ErrorModel
 from aos_gcs.api.models.findings import FindingChangeRequest, FindingModel, FindingRequest
@@ -79,7 +79,7 @@ async def read_thumbnail(
     finding_id: FindingId,
     kind: ViewKind,
     mission: Mission,
-    viewer: Viewer,
+    request: Request,
     above_m: Annotated[float, Query(ge=-10.0, le=100.0, allow_inf_nan=False)] = 0.0,
     *,
     nearest: bool = False,
@@ -91,8 +91,9 @@ async def read_thumbnail(
     finding = _find(mission, finding_id)
     if finding.step < 1:
         raise NotFoundError(f"Finding {finding_id} was marked before the first step; no frame shows it.")
+    viewer = await viewer_of(request, finding.found_in)
     east_m, north_m, up_m = finding.position_enu_m
-    if finding.track_id is None:
+    if not finding.sightings:
         up_m = (await viewer.describe(finding.step)).focal_height_m
     window = ViewWindow(east_m, north_m, _THUMBNAIL_HALF_WIDTH_M, nearest_only=nearest)
     view = await viewer.view(finding.step, kind, up_m + above_m, window)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Final
 
-from fastapi import APIRouter, Path, Query, Response
+from fastapi import APIRouter, Path, Query, Request, Response
 
 from aos_gcs.api.convert import viewer as viewer_convert
 from aos_gcs.api.dependencies import Viewer
@@ -64,15 +64,19 @@ async def read_integral(
     responses={200: {"content": {"image/png": {}}, "description": "The frame as it was taken."}},
 )
 async def read_frame(
+    request: Request,
     step: StepNumber,
     vehicle_id: Annotated[int, Path(ge=0, le=255)],
     kind: FrameKind,
     viewer: Viewer,
+    *,
     width_px: Annotated[int | None, Query(ge=16, le=8192)] = None,
 ) -> Response:
     """Return one vehicle's frame of a step, reduced to a width if it is wider."""
     png = await viewer.frame(step, vehicle_id, kind, width_px)
-    return Response(png, media_type="image/png", headers={"Cache-Control": _FOREVER})
+    # Without the mission's name, the same address shows a frame of another mission later.
+    cached = _FOREVER if "mission_id" in request.query_params else "no-cache"
+    return Response(png, media_type="image/png", headers={"Cache-Control": cached})
 
 
 @router.get("/{step}/autofocus")

@@ -80,7 +80,7 @@ class Finding:
     seen_at_s: float
     """Mission time of the latest sighting; of one marked by hand, when it was marked."""
     step: int
-    """Step in which it was last seen, whose frames show it."""
+    """Step in which it was last seen, whose frames show it; a step of the mission ``found_in``, if there is one."""
     track_id: int | None = None
     """The target that it follows; None for one marked by hand."""
     sigma_m: float | None = None

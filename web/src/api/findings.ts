@@ -23,9 +23,15 @@ export interface Shot {
 }
 
 /** Address of the image around a finding at the step that showed it last. */
-export function thumbnailUrl({ finding_id, step }: Finding, { kind, above_m = 0, isNearest = false }: Shot): string {
-  const plane = above_m === 0 ? "" : `&above_m=${above_m}`;
-  return `/api/findings/${finding_id}/${kind}.png?step=${step}${plane}${isNearest ? "&nearest=true" : ""}`;
+export function thumbnailUrl(
+  { finding_id, step, found_in }: Finding,
+  { kind, above_m = 0, isNearest = false }: Shot,
+): string {
+  const query = new URLSearchParams({ step: `${step}` });
+  if (found_in !== "") query.set("found_in", found_in);
+  if (above_m !== 0) query.set("above_m", `${above_m}`);
+  if (isNearest) query.set("nearest", "true");
+  return `/api/findings/${finding_id}/${kind}.png?${query.toString()}`;
 }
 
 export const FINDING_FILES = ["geojson", "kml", "gpx"] as const;

@@ -288,6 +288,26 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/operation": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Operation
+     * @description Return the sorties of the operation; a mission that no other one has followed is its only sortie.
+     */
+    get: operations["read_operation_api_operation_get"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
   "/api/plan": {
     parameters: {
       query?: never;
@@ -531,7 +551,7 @@ export interface paths {
     put?: never;
     /**
      * Control Replay
-     * @description Seek, play or stop, for all clients. After a jump each of them receives a new hello.
+     * @description Choose a sortie, seek, play or stop, for all clients. After a jump each of them receives a new hello.
      */
     post: operations["control_replay_api_replay_post"];
     delete?: never;
@@ -781,6 +801,11 @@ export interface components {
        * @description The mission can be handed over as a PDF.
        */
       handover: boolean;
+      /**
+       * Operation
+       * @description The sorties of the operation can be listed.
+       */
+      operation: boolean;
       /**
        * Planning
        * @description The plan can be read and changed.
@@ -1443,6 +1468,17 @@ export interface components {
       vehicle_id: number | null;
     };
     /**
+     * OperationModel
+     * @description The operation that the shown mission belongs to.
+     */
+    OperationModel: {
+      /**
+       * Sorties
+       * @description In the order of their numbers; the shown mission is one of them.
+       */
+      sorties: components["schemas"]["SortieModel"][];
+    };
+    /**
      * Outcome
      * @description Result of a mission, or that it has not ended.
      * @enum {string}
@@ -1934,6 +1970,11 @@ export interface components {
      * @description Changes to a replay; null leaves a field as it is.
      */
     ReplayRequest: {
+      /**
+       * Mission Id
+       * @description Show another sortie of the operation, from its beginning; the rest applies to it.
+       */
+      mission_id?: string | null;
       /** Playing */
       playing?: boolean | null;
       /** Speed */
@@ -1982,7 +2023,7 @@ export interface components {
     };
     /**
      * SearchMode
-     * @description How the swarm flies along its legs while nothing is in view.
+     * @description Flight of the swarm along its legs while nothing is in view.
      * @enum {string}
      */
     SearchMode: "continuous" | "stops";
@@ -2063,6 +2104,50 @@ export interface components {
       seq: number;
       /** Utc S */
       utc_s: number;
+    };
+    /**
+     * SortieModel
+     * @description One sortie of an operation.
+     */
+    SortieModel: {
+      /**
+       * Confirmed
+       * @description Number of these that operators have confirmed.
+       */
+      confirmed: number;
+      /**
+       * Covered Percent
+       * @description Share of its own search area that was in a frame.
+       */
+      covered_percent: number | null;
+      /**
+       * Duration S
+       * @description Time from its start to its last recorded state.
+       */
+      duration_s: number;
+      /**
+       * Findings
+       * @description Number of its own findings, without those of earlier sorties.
+       */
+      findings: number;
+      /**
+       * Folder
+       * @description Name of its folder, beside those of the other sorties.
+       */
+      folder: string;
+      /** Mission Id */
+      mission_id: string;
+      /**
+       * Number
+       * @description Number in its operation; the first one has 1.
+       */
+      number: number;
+      /** @description open while it goes on, and when its program was killed. */
+      outcome: components["schemas"]["Outcome"];
+      /** Start Utc S */
+      start_utc_s: number;
+      /** Steps */
+      steps: number;
     };
     /**
      * StepMessage
@@ -3095,6 +3180,44 @@ export interface operations {
       };
     };
   };
+  read_operation_api_operation_get: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["OperationModel"];
+        };
+      };
+      /** @description Not Found */
+      404: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Unprocessable Entity */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+    };
+  };
   read_plan_api_plan_get: {
     parameters: {
       query?: never;
@@ -3831,7 +3954,10 @@ export interface operations {
   };
   describe_api_viewer__step__get: {
     parameters: {
-      query?: never;
+      query?: {
+        /** @description A mission of the operation; none: the one shown. */
+        mission_id?: string;
+      };
       header?: never;
       path: {
         step: number;
@@ -3883,6 +4009,8 @@ export interface operations {
       query: {
         east_m: number;
         half_width_m?: number;
+        /** @description A mission of the operation; none: the one shown. */
+        mission_id?: string;
         north_m: number;
       };
       header?: never;
@@ -3934,6 +4062,8 @@ export interface operations {
   read_frame_api_viewer__step__frames__vehicle_id___kind__png_get: {
     parameters: {
       query?: {
+        /** @description A mission of the operation; none: the one shown. */
+        mission_id?: string;
         width_px?: number | null;
       };
       header?: never;
@@ -3988,6 +4118,8 @@ export interface operations {
     parameters: {
       query?: {
         height_m?: number | null;
+        /** @description A mission of the operation; none: the one shown. */
+        mission_id?: string;
       };
       header?: never;
       path: {

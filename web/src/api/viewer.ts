@@ -34,10 +34,19 @@ export function findFocus(
   return request("GET", `/api/viewer/${step}/autofocus?${query.toString()}`, isFocusFound);
 }
 
-/** Address of a frame, scaled to a width if one is given. */
-export function frameUrl(step: number, vehicleId: number, kind: FrameKind, width_px?: number): string {
-  const query = width_px === undefined ? "" : `?width_px=${width_px}`;
-  return `/api/viewer/${step}/frames/${vehicleId}/${kind}.png${query}`;
+/** Frame of a vehicle at a step of a mission. */
+export interface FrameName {
+  readonly missionId: string;
+  readonly step: number;
+  readonly vehicleId: number;
+  readonly kind: FrameKind;
+}
+
+/** Address of a frame, scaled to a width if one is given; browsers keep what they have read of it. */
+export function frameUrl({ missionId, step, vehicleId, kind }: FrameName, width_px?: number): string {
+  const query = new URLSearchParams({ mission_id: missionId });
+  if (width_px !== undefined) query.set("width_px", String(width_px));
+  return `/api/viewer/${step}/frames/${vehicleId}/${kind}.png?${query.toString()}`;
 }
 
 export interface IntegralQuery {

@@ -110,7 +110,7 @@ export function App({ store, stream }: { store: Store; stream: HoldStream }) {
               silence_s={isMissionSilent ? snapshotAge_s : null}
               missedNotices={state.missedNotices}
               missionId={mission?.mission_id ?? null}
-              formerMissionId={state.formerMissionId}
+              formerMissionId={mission?.replay ? null : state.formerMissionId}
               isSignInExpired={access.isExpired}
               onSignIn={() => setSigningIn(true)}
             />
@@ -123,7 +123,7 @@ export function App({ store, stream }: { store: Store; stream: HoldStream }) {
             <ReplayBar replay={mission.replay} missionId={mission.mission_id} mayControl={isOperator} />
           )}
           <main class={`view view-${route.view}`} aria-label={texts.nav.view[route.view]}>
-            <Boundary key={route.view}>
+            <Boundary key={`${route.view} ${mission?.mission_id ?? ""}`}>
               <View />
             </Boundary>
           </main>

@@ -35,7 +35,7 @@ export const INITIAL_STATE: State = {
   mission: null,
   formerMissionId: null,
   missionAtMs: 0,
-  capabilities: { planning: false, viewer: false, findings: false, survey: false, handover: false },
+  capabilities: { planning: false, viewer: false, findings: false, operation: false, survey: false, handover: false },
   steps: [],
   notices: [],
   missedNotices: 0,

@@ -45,6 +45,23 @@ export const understand = {
     work: "Step, ms",
     lag: "Loop lag, ms",
   },
+  sorties: {
+    panel: "Sorties of this operation",
+    findings: (count: number, confirmed: number) => (confirmed === 0 ? `${count}` : `${count}, ${confirmed} confirmed`),
+    shown: "shown",
+    show: "Show",
+    hint: "Open an earlier sortie with: aos-gcs replay FOLDER",
+  },
+  sortieColumn: {
+    number: "Sortie",
+    start: "Start",
+    duration: "Duration",
+    outcome: "Result",
+    covered: "Area covered",
+    findings: "Findings",
+    folder: "Folder",
+    show: "Replay",
+  },
   linkTable: "Current links",
   component: (vehicleId: number, name: string) => `${vehicleId}, ${name}`,
   linkColumn: {

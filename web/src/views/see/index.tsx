@@ -87,7 +87,7 @@ export function SeeView() {
       >
         <StepChoice first={first} last={last} step={step} isFollowing={chosenStep === null} onStep={setChosenStep} />
         {kind === "frames" ? (
-          <Mosaic step={step} frames={viewed?.frames ?? []} />
+          <Mosaic missionId={state.mission?.mission_id ?? ""} step={step} frames={viewed?.frames ?? []} />
         ) : (
           <Stage
             picture={picture}

@@ -10,7 +10,13 @@ import { Dialog } from "../../ui/dialog";
 const THUMBNAIL_PX = 320;
 const KINDS = Object.keys(texts.names.frame) as FrameKind[];
 
-export function Mosaic({ step, frames }: { step: number; frames: readonly ViewedFrame[] }) {
+interface Props {
+  missionId: string;
+  step: number;
+  frames: readonly ViewedFrame[];
+}
+
+export function Mosaic({ missionId, step, frames }: Props) {
   const [chosen, setChosen] = useState<FrameKind>("colour");
   const [enlargedId, setEnlargedId] = useState<number | null>(null);
   // A camera of one kind shows that, whatever was chosen for others.
@@ -33,7 +39,11 @@ export function Mosaic({ step, frames }: { step: number; frames: readonly Viewed
         {shown.map(({ vehicle_id: id, name }) => (
           <li key={id}>
             <button type="button" data-testid={`frame-${id}`} onClick={() => setEnlargedId(id)}>
-              <img src={frameUrl(step, id, kind, THUMBNAIL_PX)} alt={titleOf(id, name, step, kind)} loading="lazy" />
+              <img
+                src={frameUrl({ missionId, step, vehicleId: id, kind }, THUMBNAIL_PX)}
+                alt={titleOf(id, name, step, kind)}
+                loading="lazy"
+              />
               <span>{name === "" ? id : name}</span>
             </button>
           </li>
@@ -45,7 +55,7 @@ export function Mosaic({ step, frames }: { step: number; frames: readonly Viewed
           testId="frame-large"
           onClose={() => setEnlargedId(null)}
         >
-          <img class="frame-large" src={frameUrl(step, enlarged.vehicle_id, kind)} alt="" />
+          <img class="frame-large" src={frameUrl({ missionId, step, vehicleId: enlarged.vehicle_id, kind })} alt="" />
           <p class="small">{placeOf(enlarged)}</p>
           <div class="dialog-buttons">
             <button type="button" onClick={() => setEnlargedId(null)}>

@@ -8,6 +8,7 @@ import { Choice } from "../../ui/choice";
 import { Panel } from "../../ui/panel";
 import { coverageChart, LINK_FIGURES, type LinkFigure, linkChart, linksToShow, stepCharts, timeRange } from "./charts";
 import { Plot, type TimeRange } from "./plot";
+import { Sorties } from "./sorties";
 import { LinkTable, StepTable } from "./tables";
 import "./understand.css";
 
@@ -16,7 +17,7 @@ type Latest = keyof typeof LATEST_S;
 const FORMS = ["curves", "table"] as const;
 
 export function UnderstandView() {
-  const { state, theme, selection, snapshotAge_s } = useShell();
+  const { state, theme, selection, snapshotAge_s, isOperator } = useShell();
   const [latest, setLatest] = useState<Latest>("all");
   const [zoom, setZoom] = useState<TimeRange | null>(null);
   const [form, setForm] = useState<(typeof FORMS)[number]>("curves");
@@ -60,6 +61,7 @@ export function UnderstandView() {
           onChoose={setForm}
         />
       </div>
+      {mission && state.capabilities.operation && <Sorties mission={mission} mayControl={isOperator} />}
       {form === "table" && mission ? (
         <div class="understand-tables">
           <StepTable steps={steps} />
