@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import logging
+import os
 import sys
 from dataclasses import asdict, dataclass, field
 from typing import Final
@@ -48,9 +49,9 @@ def main(arguments: list[str]) -> None:
 
 async def _work(mirror: MissionMirror, start: SharingStart, alive: Alive) -> None:
     await mirror.greeted()
-    channels = make_channels(start.settings, asyncio.get_running_loop().time, machine_utc_s)
+    channels = make_channels(start.settings, os.environ, asyncio.get_running_loop().time, machine_utc_s)
     alive.begin_to_serve()
-    await share(mirror, channels)
+    await share(mirror, channels, machine_utc_s)
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import os
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from typing import Final
@@ -10,12 +11,13 @@ from typing import Final
 from aos_gcs.bridge.host import MissionHost
 from aos_gcs.bridge.messages import SHARING_REQUESTS
 from aos_gcs.bridge.quiet_view import QuietView
+from aos_gcs.clock import machine_utc_s
 from aos_gcs.mission.control import MissionCommands, MissionView
 from aos_gcs.mission.model.sharing import ChannelStatus
 from aos_gcs.ports import Notice
 from aos_gcs.runtime.sharing_process import SharingStart
 from aos_gcs.runtime.supervisor import Program, Supervisor
-from aos_gcs.sharing.service import check_sharing
+from aos_gcs.sharing.service import make_channels
 from aos_gcs.sharing.settings import SharingSettings
 from aos_gcs.sharing.watch import SharingWatch
 
@@ -80,7 +82,7 @@ async def open_sharing_process(
     if not settings.any:
         yield None
         return
-    check_sharing(settings)
+    make_channels(settings, os.environ, asyncio.get_running_loop().time, machine_utc_s)  # Refuses what cannot work.
     supervisor = SharingSupervisor(settings, notify)
     try:
         yield supervisor

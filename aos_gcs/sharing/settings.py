@@ -83,18 +83,53 @@ class TakSettings:
 
 
 @dataclass(frozen=True, slots=True)
+class WebhookSettings:
+    """Receiver of messages about findings and alerts."""
+
+    url: str
+    """``https://host/path``; ``http://`` for receivers in the same network."""
+    secret_file: str | None = None
+    """File of the secret by which messages are signed; by default the variable AOS_GCS_WEBHOOK_SECRET."""
+    ca_file: str | None = None
+    """Certificates (PEM) that the receiver's is signed by; by default those of the system."""
+
+    def __post_init__(self) -> None:
+        _check_http(self.url)
+
+
+def without_secrets(url: str) -> str:
+    """Return scheme, host and port of a URL: its path, its query and its user may be secret."""
+    parts = urlsplit(url)
+    return f"{parts.scheme}://{parts.netloc.rpartition('@')[2]}"
+
+
+def _check_http(url: str) -> None:
+    parts = urlsplit(url)
+    try:
+        is_usable = parts.scheme in {"http", "https"} and bool(parts.hostname) and parts.port != 0
+    except ValueError:
+        is_usable = False
+    if not is_usable:
+        raise ConfigurationError("url must be like https://example.org/hook.")
+
+
+@dataclass(frozen=True, slots=True)
 class SharingSettings:
     """All Systems that data is shared with; None where it is not."""
 
     tak: TakSettings | None = None
+    webhook: WebhookSettings | None = None
 
     @classmethod
     def from_tables(cls, tables: Mapping[str, Mapping[str, Any] | None]) -> SharingSettings:
         """Return the settings of checked tables, one per system."""
-        tak = tables.get("tak")
-        return cls(tak=None if tak is None else TakSettings(**tak))
+        tak, webhook = tables.get("tak"), tables.get("webhook")
+        return cls(
+            tak=None if tak is None else TakSettings(**tak),
+            webhook=None if webhook is None else WebhookSettings(**webhook),
+        )
 
     @property
     def any(self) -> bool:
         """Whether there is any."""
-        return self.tak is not None
+        return self != SharingSettings()

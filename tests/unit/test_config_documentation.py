@@ -31,7 +31,7 @@ from aos_gcs.planning.settings import (
     RegistrationSettings,
     SearchSettings,
 )
-from aos_gcs.sharing.settings import TakSettings
+from aos_gcs.sharing.settings import TakSettings, WebhookSettings
 from aos_gcs.tracking.motion import MotionSettings
 from aos_gcs.tracking.tracker import TrackingSettings
 
@@ -51,6 +51,7 @@ SECTIONS = {
     "registration": RegistrationSettings,
     "forest": ForestSettings,
     "tak": TakSettings,
+    "webhook": WebhookSettings,
     "safety": SafetyLimits,
     "deadlines": Deadlines,
     "api": ApiConfig,

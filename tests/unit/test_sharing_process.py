@@ -69,7 +69,7 @@ async def test_a_loss_of_events_stays_visible_in_a_quiet_view() -> None:
 
 
 @pytest.mark.looptime
-async def test_the_share_reports_and_commands_nothing() -> None:
+async def test_live_sharing_reports_and_commands_nothing() -> None:
     mission = ScriptedMission(LoopClock())
     async with hosted(mission, mission) as host:
         host._requests = SHARING_REQUESTS
@@ -89,7 +89,7 @@ async def test_the_share_reports_and_commands_nothing() -> None:
     assert mission.actions == []
 
 
-def test_the_dashboard_cannot_speak_for_the_share() -> None:
+def test_the_dashboard_cannot_speak_for_live_sharing() -> None:
     message = pack("sharing", (STATUS,))[4:]
     assert unpack(message, SHARING_REQUESTS) == ("sharing", ((STATUS,),))
     with pytest.raises(MalformedMessageError):

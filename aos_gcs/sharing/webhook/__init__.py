@@ -1,0 +1,1 @@
+"""Signed messages about findings and alerts, for programs of others."""
