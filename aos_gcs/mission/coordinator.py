@@ -32,6 +32,7 @@ from aos_gcs.mission.phases import ENDING, ON_GROUND, PHASE_NAMES, check_transit
 from aos_gcs.mission.preflight.inspection import Inspector
 from aos_gcs.mission.search.findings import Findings
 from aos_gcs.mission.search.gallery import Gallery
+from aos_gcs.mission.search.ground_mapping import GroundMapping, GroundPlace
 from aos_gcs.mission.sortie import Sortie
 from aos_gcs.mission.take_up import TakeUp
 from aos_gcs.mission.views import LiveView
@@ -65,6 +66,7 @@ class Coordinator:
         former: FormerFlight | None = None,
         unrestored: Mapping[int, Mapping[str, float]] | None = None,
         following: NextSortie | None = None,
+        ground: GroundPlace | None = None,
         pictures: bool = True,
     ) -> None:
         """Prepare the mission.
@@ -72,6 +74,7 @@ class Coordinator:
         ``imaging`` analyses its images, None: in threads of this process; ``former`` is a flight to take up;
         ``unrestored`` are the return settings that vehicles had before a mission that did not restore them, by id;
         ``following`` is what the former sortie has left, None for the first one;
+        ``ground``: where the map of searched ground is kept, None: nowhere;
         ``pictures``: whether to render what operators look at.
         """
         self.auto_start = AutoStart(journal, is_on=settings.auto_start)
@@ -87,6 +90,9 @@ class Coordinator:
         )
         self._gallery = Gallery(journal, recorder, self._context.imaging, is_open=pictures)
         self._findings = Findings(() if following is None else following.findings)
+        self._ground = GroundMapping(
+            ground, self._context.roster, journal, self._gallery, lambda: self.sortie.context.settings
+        )
         self._mission_id = mission_id
         self._following = following
         self._is_renewed = asyncio.Event()
@@ -108,7 +114,7 @@ class Coordinator:
         self._take_up = TakeUp(self._context, self, former)
         self._handler_watch = HandlerWatch()
         loop_monitor.depend_on(self._handler_watch.is_alive)
-        self.view = LiveView(mission_id, self._context, self, self._gallery, self._findings)
+        self.view = LiveView(mission_id, self._context, self, self._gallery, self._findings, ground=self._ground)
         actions = ActionHandler(self._context, self._vehicle_tasks, self, standing_hold)
         self.commands = LiveCommands(self._context, self, actions, self.view, self._findings)
 
@@ -120,6 +126,7 @@ class Coordinator:
             inspector=self._inspector,
             gallery=self._gallery,
             findings=self._findings,
+            ground=self._ground,
             focus_override_m=focus_override_m,
         )
 
@@ -185,6 +192,7 @@ class Coordinator:
         # Resumed, all fly straight up or down into their layers first.
         self.redirect(Phase.TAKEOFF)
         self.suspend(Suspension.HELD)
+        self._ground.take_up()
         return self.sortie
 
     def begin_new_sortie(self) -> None:
@@ -220,6 +228,7 @@ class Coordinator:
                     group.create_task(self._context.loop_monitor.run(self._context.journal.note_stall)),
                     group.create_task(self._handler_watch.run(self._end_hung_handler)),
                     group.create_task(self._take_up.run()),
+                    group.create_task(self._ground.run()),
                 )
                 while self.phase is not Phase.DONE:
                     await self._resumed.wait()
@@ -339,6 +348,7 @@ class Coordinator:
                 await self._send_all_home()
             await self._return_heights.restore()
         finally:
+            await self._ground.finish()
             await self._close_record()
 
     async def _send_all_home(self) -> None:

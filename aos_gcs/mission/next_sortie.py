@@ -20,6 +20,8 @@ class NextSortie:
     """Settings of the former sortie, with what it has left of its area. The operator starts it."""
     findings: tuple[Finding, ...]
     """Findings of all former sorties."""
+    former_id: str
+    """Identifier of the former sortie: its map of the searched ground goes on."""
     number: int
     """Number of the sortie in its operation; the first one has 1."""
     operation: str
@@ -61,6 +63,7 @@ def next_sortie(
             auto_start=False,
         ),
         findings=tuple(_carried(finding, mission_id) for finding in findings),
+        former_id=mission_id,
         number=2 if former is None else former.number + 1,
         operation=mission_id if former is None else former.operation,
         text=text,

@@ -15,6 +15,7 @@ from aos_gcs.mission.preflight.inspection import Inspector
 from aos_gcs.mission.preflight.overrides import Overrides
 from aos_gcs.mission.search.findings import Findings
 from aos_gcs.mission.search.gallery import Gallery
+from aos_gcs.mission.search.ground_mapping import GroundMapping
 from aos_gcs.mission.search.search import Search
 from aos_gcs.mission.search.vision import Vision
 from aos_gcs.planning.settings import MissionSettings
@@ -30,6 +31,7 @@ class Sortie:
         inspector: asks the vehicles for their settings.
         gallery: shows the pictures.
         findings: findings of the mission.
+        ground: map of the searched ground.
         focus_override_m: focal height that the operator has set; None leaves it to the program.
     """
 
@@ -42,13 +44,14 @@ class Sortie:
         inspector: Inspector,
         gallery: Gallery,
         findings: Findings,
+        ground: GroundMapping,
         focus_override_m: float | None = None,
     ) -> None:
         context = self.context = mission.flight_context(settings)
         self.overrides = Overrides(context, mission.recorder)
         self.launch = Launch(context, self.overrides, inspector, mission.auto_start)
         self.vision = Vision(context, mission.recorder, focus_override_m)
-        self.search = Search(context, mission, gallery, self.vision, findings)
+        self.search = Search(context, mission, gallery, self.vision, findings, ground=ground)
         self.return_and_land = ReturnAndLand(context, vehicle_tasks)
         self.joining = Joining(context, vehicle_tasks, inspector, self.launch.check_one)
         self.handlers: Mapping[Phase, Callable[[], Coroutine[Any, Any, Phase]]] = {

@@ -15,8 +15,11 @@ from aos_gcs.mission.model.sharing import ChannelStatus
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.steps import Picture, PictureKind, StepRecord
 from aos_gcs.mission.model.vehicles import VehicleSnapshot
+from aos_gcs.mission.phases import SAMPLING
 from aos_gcs.mission.search.findings import Findings
 from aos_gcs.mission.search.gallery import Gallery
+from aos_gcs.mission.search.ground_mapping import GroundMapping
+from aos_gcs.mission.search.progress import ScanProgress
 from aos_gcs.mission.search.same_body import distinct
 from aos_gcs.mission.sortie import Sortie
 
@@ -59,16 +62,25 @@ class LiveView:
         state: state of the coordinator.
         gallery: has the latest pictures.
         findings: findings of the mission.
+        ground: map of the searched ground.
     """
 
     def __init__(
-        self, mission_id: str, context: MissionContext, state: CoordinatorState, gallery: Gallery, findings: Findings
+        self,
+        mission_id: str,
+        context: MissionContext,
+        state: CoordinatorState,
+        gallery: Gallery,
+        findings: Findings,
+        *,
+        ground: GroundMapping,
     ) -> None:
         self._mission_id = mission_id
         self._context = context
         self._state = state
         self._gallery = gallery
         self._findings = findings
+        self._ground = ground
         self.acknowledgements = Acknowledgements()
         self.sharing: tuple[ChannelStatus, ...] = ()
         """States of live sharing, as its process reported them last."""
@@ -103,6 +115,8 @@ class LiveView:
             legs_enu_m=tuple((leg.start_enu_m, leg.end_enu_m) for leg in progress.legs),
             leg=progress.leg,
             covered_fraction=search.covered_ground.covered_fraction,
+            ground=self._ground.figures,
+            scan_left_s=self._scan_left_s(progress),
             findings=self._findings.all(),
             planned_vehicles=settings.vehicles,
             acknowledgements=self.acknowledgements.all(),
@@ -111,6 +125,12 @@ class LiveView:
             started_utc_s=journal.started_utc_s,
             sharing=self.sharing,
         )
+
+    def _scan_left_s(self, progress: ScanProgress) -> float | None:
+        journal = self._context.journal
+        if self._state.phase not in SAMPLING | {Phase.LINE} or not journal.steps:
+            return None
+        return progress.time_left_s(journal.elapsed_s() - journal.steps[0].elapsed_s)
 
     def _vehicles(self) -> tuple[VehicleSnapshot, ...]:
         roster, cameras = self._context.roster, self._state.sortie.search.covered_ground.cameras

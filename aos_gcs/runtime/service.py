@@ -21,16 +21,18 @@ from aos_gcs.mission.journal import Journal
 from aos_gcs.mission.model.sharing import ChannelStatus
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.next_sortie import NextSortie
+from aos_gcs.mission.search.ground_mapping import GroundPlace
 from aos_gcs.ports import DriverContext
 from aos_gcs.runtime.api_start import ApiStart
 from aos_gcs.runtime.api_supervisor import open_api_process
 from aos_gcs.runtime.drivers import load_driver
 from aos_gcs.runtime.sharing_supervisor import SharingSupervisor, open_sharing_process
 from aos_gcs.runtime.sign_in import operator_secrets
-from aos_gcs.runtime.workers import ANALYSIS, DECODING
+from aos_gcs.runtime.workers import ANALYSIS, DECODING, GROUND
 from aos_gcs.store.last_mission import former_flight, unfinished_mission
 from aos_gcs.store.recorder import MissionRecorder
 from aos_gcs.store.return_settings import unrestored_settings
+from aos_gcs.store.schema import GROUND_NAME
 from aos_gcs.workers.process import open_worker
 
 _ANSWER_S = 0.5
@@ -102,6 +104,7 @@ async def open_service(config: ServiceConfig, following: NextSortie | None = Non
             open_sharing_process(receivers, journal.take) as sharing,
             open_worker(ANALYSIS) as imaging,
             open_worker(DECODING) as decoding,
+            open_worker(GROUND) as mapping,
             MissionRecorder.create(
                 config.record.folder, mission_id, _manifest(config, started, following), notify=journal.take
             ) as recorder,
@@ -132,6 +135,12 @@ async def open_service(config: ServiceConfig, following: NextSortie | None = Non
                     former=former,
                     unrestored=unrestored,
                     following=following,
+                    ground=GroundPlace(
+                        mapping,
+                        _ground_of(config, mission_id),
+                        carried=None if following is None else _ground_of(config, following.former_id),
+                        interrupted=None if former is None else _ground_of(config, former.last.mission_id),
+                    ),
                 )
                 if unfinished is not None:
                     mission.auto_start.cancel(f"the last mission, {unfinished}, did not end: vehicles may still fly")
@@ -151,6 +160,11 @@ def _handed_over(sharing: SharingSupervisor, mission: Coordinator) -> AbstractAs
         mission.view.sharing = statuses
 
     return sharing.following(mission.view, mission.commands, show)
+
+
+def _ground_of(config: ServiceConfig, mission_id: str) -> Path:
+    """Return the folder of a mission's map of the searched ground."""
+    return config.record.folder / mission_id / GROUND_NAME
 
 
 def _manifest(config: ServiceConfig, started: datetime, following: NextSortie | None) -> dict[str, object]:

@@ -24,6 +24,11 @@ ANALYSIS: Final = WorkerSettings(
 """Analyses the frames of each step; the vehicles hold their positions until it has a result. A call and the start of a
 new process take less than the phase's handler may be busy (``aos_gcs.mission.handler_watch.WORK_S``)."""
 
+GROUND: Final = WorkerSettings(
+    name="Map of searched ground", memory_bytes=2 * _GIB, timeout_s=15.0, modules=("aos_gcs.groundmap.work",)
+)
+"""Keeps the map of the searched ground; nothing waits for it."""
+
 VIEWS: Final = WorkerSettings(
     name="Viewing of recorded frames",
     memory_bytes=4 * _GIB,

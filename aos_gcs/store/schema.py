@@ -8,6 +8,7 @@ DATABASE_NAME: Final = "mission.sqlite"
 MANIFEST_NAME: Final = "manifest.json"
 FRAMES_NAME: Final = "frames"
 PICTURES_NAME: Final = "pictures"
+GROUND_NAME: Final = "ground"
 MAVLINK_NAME: Final = "mavlink"
 
 SCHEMA_VERSION: Final = 4

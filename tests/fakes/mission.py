@@ -12,6 +12,7 @@ import numpy as np
 
 from aos_gcs.errors import MissionError
 from aos_gcs.geometry.geodesy import EnuPoint
+from aos_gcs.groundmap.figures import DetectionFigures, GroundFigures
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.acknowledgements import Acknowledgements
 from aos_gcs.mission.command_order import CommandOrder
@@ -37,6 +38,8 @@ AREA_ENU_M = ((-60.0, -20.0), (60.0, -20.0), (60.0, 110.0), (-60.0, 110.0))
 FENCE_ENU_M = ((-80.0, -50.0), (80.0, -50.0), (80.0, 130.0), (-80.0, 130.0))
 THRESHOLD_M2 = 0.3
 STEP_INTERVAL_S = 2.0
+GROUND = GroundFigures(80, 0, 0.63, 4.3, DetectionFigures(standing=0.51, sitting=0.7, lying=0.88))
+"""Searched ground from the first step on."""
 _PICTURE_HALF_WIDTH_M = 25.0
 
 
@@ -114,6 +117,8 @@ class ScriptedMission:
             acknowledgements=self.acknowledgements.all(),
             command_count=self.order.count,
             started_utc_s=self._started_utc_s,
+            ground=GROUND if self._steps else None,
+            scan_left_s=252.0 if self._steps else None,
         )
 
     def steps(self) -> Sequence[StepRecord]:

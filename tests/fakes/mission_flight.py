@@ -27,6 +27,7 @@ from aos_gcs.mission.model.phase import Outcome, OutcomeRecord
 from aos_gcs.mission.model.steps import Picture, StepRecord
 from aos_gcs.mission.model.vehicles import SettingsRecord, Task
 from aos_gcs.mission.next_sortie import NextSortie
+from aos_gcs.mission.search.ground_mapping import GroundPlace
 from aos_gcs.mission.views import LiveView
 from aos_gcs.planning.settings import Deadlines, DetectionSettings, MissionSettings, PreflightSettings
 from aos_gcs.ports import Capture, LandedState, Worker
@@ -194,6 +195,7 @@ def prepare(
     former: FormerFlight | None = None,
     unrestored: Mapping[int, Mapping[str, float]] | None = None,
     following: NextSortie | None = None,
+    ground: GroundPlace | None = None,
     pictures: bool = False,
     camera_delay_s: float = 0.0,
     **changes: object,
@@ -221,6 +223,7 @@ def prepare(
         former=former,
         unrestored=unrestored,
         following=following,
+        ground=ground,
         pictures=pictures,
     )
     return Flight(mission, fleet, recorder, clock, journal, pulse)

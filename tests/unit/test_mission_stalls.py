@@ -112,6 +112,27 @@ def test_vehicles_that_are_held_for_their_own_state_do_not_bar_a_scan() -> None:
     assert found[-1] is Advance.STUCK
 
 
+def test_the_time_left_on_the_legs_goes_by_the_pace_of_this_mission() -> None:
+    progress = ScanProgress(LEAST_GAIN_M)
+    assert progress.time_left_s(10.0) is None
+    length_m = NORTHWARD.length_m
+    legs = [NORTHWARD] * 4
+    progress.plan(legs)
+    progress.advance(np.array([0.0, 2.0]))
+    assert progress.time_left_s(5.0) is None, "the pace is not known yet"
+    progress.advance(np.array([0.0, length_m / 2.0]))
+    assert progress.time_left_s(60.0) == pytest.approx(60.0 * 3.5 / 0.5)
+    progress.begin_next_leg()
+    assert progress.time_left_s(100.0) == pytest.approx(100.0 * 3.0 / 1.0)
+    taken_up = ScanProgress(LEAST_GAIN_M)
+    taken_up.take_up(legs, 2)
+    taken_up.advance(np.array([0.0, length_m / 2.0]))
+    assert taken_up.time_left_s(60.0) == pytest.approx(60.0 * 1.5 / 0.5)
+    for _ in range(2):
+        taken_up.begin_next_leg()
+    assert taken_up.time_left_s(300.0) == 0.0
+
+
 def test_vetting_tells_an_unfit_vehicle_from_a_barred_path() -> None:
     limits = SafetyLimits(
         fence_enu_m=((-50.0, -50.0), (50.0, -50.0), (50.0, 50.0), (-50.0, 50.0)), floor_m=20.0, ceiling_m=60.0

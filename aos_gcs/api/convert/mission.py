@@ -15,9 +15,17 @@ from aos_gcs.api.convert.replay import replay_state
 from aos_gcs.api.convert.reuse import Reused, ReusedItems
 from aos_gcs.api.convert.vehicles import VehicleConverter
 from aos_gcs.api.models.base import ScanLegModel, VertexModel
-from aos_gcs.api.models.mission import ActionResponse, ActionResultModel, FocusModel, MissionModel
+from aos_gcs.api.models.mission import (
+    ActionResponse,
+    ActionResultModel,
+    DetectionModel,
+    FocusModel,
+    GroundModel,
+    MissionModel,
+)
 from aos_gcs.api.models.vehicles import VehicleModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.groundmap.figures import GroundFigures
 from aos_gcs.mission.control import ReplayState
 from aos_gcs.mission.model.actions import Action, ActionResult
 from aos_gcs.mission.model.phase import Suspension
@@ -71,6 +79,8 @@ class MissionConverter:
             legs=self._legs(snapshot.legs_enu_m),
             leg=snapshot.leg,
             covered_percent=percent(snapshot.covered_fraction),
+            ground=_ground(snapshot.ground) if snapshot.ground else None,
+            scan_left_s=rounded(snapshot.scan_left_s, 0),
             vehicles=[self._vehicle(one) for one in snapshot.vehicles],
             planned_vehicles=snapshot.planned_vehicles,
             preflight=self._preflight(snapshot.preflight),
@@ -101,6 +111,26 @@ class MissionConverter:
 def _focus(state: FocusSnapshot) -> FocusModel:
     """Convert the focal plane."""
     return FocusModel(height_m=state.height_m, source=state.source, sigma_m=finite(state.sigma_m))
+
+
+def _ground(figures: GroundFigures) -> GroundModel:
+    """Convert the figures about the searched ground."""
+    shares, detection = figures.detection, None
+    if shares is not None:
+        detection = DetectionModel(
+            standing=_percent(shares.standing), sitting=_percent(shares.sitting), lying=_percent(shares.lying)
+        )
+    return GroundModel(
+        frames=figures.frames,
+        left_out=figures.left_out,
+        seen_percent=_percent(figures.seen_fraction),
+        mean_views=round(figures.mean_views, 1),
+        detection_percent=detection,
+    )
+
+
+def _percent(share: float) -> float:
+    return round(100.0 * share, 1)
 
 
 def allowed_actions(snapshot: MissionSnapshot) -> list[Action]:

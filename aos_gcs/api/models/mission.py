@@ -25,6 +25,24 @@ class FocusModel(WireModel):
     sigma_m: float | None = Field(description="Standard deviation of the result of autofocus.")
 
 
+class DetectionModel(WireModel):
+    """Mean probability, per cent, that a person of each posture in the search area would have been marked by now."""
+
+    standing: float
+    sitting: float
+    lying: float
+
+
+class GroundModel(WireModel):
+    """Searched ground, by the map of it: this sortie and those before it."""
+
+    frames: int
+    left_out: int = Field(description="Frames of this mission that are not on the map.")
+    seen_percent: float = Field(description="Share of the search area that was seen from at least one direction.")
+    mean_views: float = Field(description="Mean number of independent views over the search area.")
+    detection_percent: DetectionModel | None = Field(description="Null where the forest is not described.")
+
+
 class MissionModel(WireModel):
     """The whole mission at one moment."""
 
@@ -48,6 +66,10 @@ class MissionModel(WireModel):
     leg: int = Field(description="Index of the leg being flown.")
     covered_percent: float | None = Field(
         description="Share of the search area that has been in a frame at least once."
+    )
+    ground: GroundModel | None = Field(description="What has been searched; null before the first figures.")
+    scan_left_s: float | None = Field(
+        description="Time that the rest of the legs takes at the pace so far; null before that is known."
     )
     vehicles: list[VehicleModel]
     planned_vehicles: int = Field(description="Number of vehicles that fly by the plan.")

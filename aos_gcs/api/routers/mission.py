@@ -30,6 +30,7 @@ from aos_gcs.mission.model.steps import PictureKind
 
 router = APIRouter(prefix="/api", tags=["mission"])
 
+_OF_FOREST = {PictureKind.VISIBILITY, PictureKind.DETECTION}
 _REFUSED: dict[int | str, dict[str, Any]] = {status: {"model": ErrorModel} for status in (403, 409, 422, 428)}
 
 
@@ -62,7 +63,7 @@ async def read_picture(
     """Return the latest raster of a kind."""
     picture = mission.picture(kind)
     if picture is None:
-        needs = ", if the configuration has the section [forest]" if kind is PictureKind.VISIBILITY else ""
+        needs = ", if the configuration has the section [forest]" if kind in _OF_FOREST else ""
         raise NotFoundError(
             f"There is no {kind} picture yet; the first one comes with the first step of the scan{needs}."
         )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.groundmap.figures import GroundFigures
 from aos_gcs.mission.model.checks import PreflightCheck
 from aos_gcs.mission.model.findings import Finding, TargetEstimate
 from aos_gcs.mission.model.phase import Outcome, Phase, Suspension
@@ -75,3 +76,7 @@ class MissionSnapshot:
     """Clock time of the start; None before it, in older records and in surveys."""
     sharing: tuple[ChannelStatus, ...] = ()
     """Systems that data is shared with; empty where none is configured, and in older records."""
+    ground: GroundFigures | None = None
+    """What has been searched, by the map of it; None before the first figures, and in older records."""
+    scan_left_s: float | None = None
+    """Time that the rest of the legs takes at the pace so far; None before that is known, and in older records."""

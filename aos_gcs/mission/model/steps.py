@@ -74,6 +74,10 @@ class PictureKind(StrEnum):
     """Number of frames of the whole mission that show each place of the search area."""
     VISIBILITY = "visibility"
     """Greatest share of the ground that these can have seen through a canopy of the configured density."""
+    VIEWS = "views"
+    """Number of independent views of each place that was searched, in this sortie and those before it."""
+    DETECTION = "detection"
+    """Probability that a standing person there would have been marked by them, under the configured canopy."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,6 +12,9 @@ from aos_gcs.airspace.waypoints import WaypointRecord
 from aos_gcs.mission.search.stalls import StallWatch
 from aos_gcs.planning.legs import ScanLeg
 
+_PACE_M = 10.0
+"""Length of legs flown from which the pace counts as known."""
+
 
 class Advance(Enum):
     """Result of a step of the scan."""
@@ -35,6 +38,8 @@ class ScanProgress:
         self._least_gain_m = least_gain_m
         self._stalls = StallWatch(least_gain_m)
         self._along_m = 0.0
+        self._first_leg = 0
+        """Index of the leg that this mission has begun with."""
         self.legs: tuple[ScanLeg, ...] = ()
         """Empty before they are planned."""
         self.leg = 0
@@ -59,6 +64,19 @@ class ScanProgress:
         """The rest of the leg being flown."""
         return self.present_leg.after(self._along_m)
 
+    def time_left_s(self, searched_s: float) -> float | None:
+        """Return how long the rest of the legs takes at the pace so far; None before the pace is known.
+
+        Args:
+            searched_s: time since the first step, looks at what was found included.
+        """
+        flown_m = sum(leg.length_m for leg in self.legs[self._first_leg : self.leg])
+        left_m = sum(leg.length_m for leg in self.legs[self.leg :])
+        if self.leg < len(self.legs):
+            along_m = min(self._along_m, self.present_leg.length_m)
+            flown_m, left_m = flown_m + along_m, left_m - along_m
+        return None if flown_m < _PACE_M else searched_s * left_m / flown_m
+
     def plan(self, legs: Sequence[ScanLeg]) -> None:
         """Set the legs of the scan."""
         self.legs = tuple(legs)
@@ -66,7 +84,7 @@ class ScanProgress:
     def take_up(self, legs: Sequence[ScanLeg], leg: int) -> None:
         """Go on with a scan at the beginning of a leg; without legs they are still to be planned."""
         self.legs = tuple(legs)
-        self.leg = min(leg, max(0, len(self.legs) - 1))
+        self.leg = self._first_leg = min(leg, max(0, len(self.legs) - 1))
 
     def form_line(self) -> None:
         """Note that the line has been formed anew: earlier steps without progress no longer count."""

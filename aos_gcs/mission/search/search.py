@@ -15,6 +15,7 @@ from aos_gcs.mission.search.covered_ground import CoveredGround
 from aos_gcs.mission.search.deciding import Decider
 from aos_gcs.mission.search.findings import Findings
 from aos_gcs.mission.search.gallery import Gallery
+from aos_gcs.mission.search.ground_mapping import GroundMapping
 from aos_gcs.mission.search.sampling import Sampler
 from aos_gcs.mission.search.step_work import StepWork
 from aos_gcs.mission.search.sweeping import Sweeping
@@ -35,15 +36,23 @@ class Search:
         gallery: publishes the pictures.
         vision: analyses the frames.
         findings: findings of the mission.
+        ground: map of the searched ground.
     """
 
     def __init__(
-        self, context: FlightContext, mission: MissionContext, gallery: Gallery, vision: Vision, findings: Findings
+        self,
+        context: FlightContext,
+        mission: MissionContext,
+        gallery: Gallery,
+        vision: Vision,
+        findings: Findings,
+        *,
+        ground: GroundMapping,
     ) -> None:
         self._context = context
         self._vision = vision
         self._sampler = Sampler(context)
-        self.covered_ground = CoveredGround(context, gallery)
+        self.covered_ground = CoveredGround(context, gallery, ground)
         self.decider = Decider(
             context.settings,
             context.journal,

@@ -154,7 +154,7 @@ class StepWork:
         sign_of_life(WORK_S)
         if sweep is None or not sweep.is_behind:
             await self._gallery.render(self.step, self._vision.frames(analysis), analysis)
-        await self._covered_ground.note(self.step, taken, analysis)
+        await self._covered_ground.note(self.step, taken, analysis, self._vision.frames(analysis))
         async with asyncio.TaskGroup() as group:
             learning = group.create_task(self._learn(analysis, decision))
             if not decision.is_sweep:

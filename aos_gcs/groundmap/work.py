@@ -1,0 +1,97 @@
+"""Work on the searched ground for a worker: functions that open the map of a folder, add frames and report.
+
+A worker remembers the map that it has opened. One that replaces another finds it as it was written last.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+from aos_gcs.errors import ImagingError, RecordingError
+from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.groundmap.figures import GroundFigures, Polygon, ground_figures, view_raster
+from aos_gcs.groundmap.ground_map import GroundMap, open_map
+from aos_gcs.groundmap.shading import ground_pictures
+from aos_gcs.imaging.model import Frame
+from aos_gcs.imaging.pictures import RasterPicture
+from aos_gcs.imaging.views import FocalSurface
+
+
+@dataclass(frozen=True, slots=True)
+class GroundSource:
+    """Identity of a map."""
+
+    folder: Path
+    origin: GeodeticPosition
+    direction_step: float
+    carried: Path | None
+    """Folder of the former sortie's map; None: there is none."""
+
+
+@dataclass(frozen=True, slots=True)
+class SearchedArea:
+    """What figures and pictures are made for."""
+
+    area_enu_m: Polygon
+    occlusion: float | None
+    """Share of the ground that one image does not see; None where the forest is not described."""
+
+
+@dataclass(frozen=True, slots=True)
+class GroundReport:
+    """State of the map after some work."""
+
+    figures: GroundFigures
+    """Figures in which these frames alone are left out that could not be used."""
+    pictures: tuple[RasterPicture, ...]
+    """Pictures of the map; empty where none were asked for, or nothing was searched."""
+    unwritten: str
+    """Why the map on the disk lacks something; empty otherwise."""
+
+
+@lru_cache(maxsize=1)
+def _opened(source: GroundSource) -> GroundMap:
+    return open_map(source.folder, source.origin, source.direction_step, source.carried)
+
+
+def add_frames(
+    source: GroundSource,
+    frames: Sequence[tuple[Frame, FocalSurface]],
+    area: SearchedArea,
+    *,
+    pictures: bool,
+    flush: bool,
+) -> GroundReport:
+    """Add frames to a map, each on its surface, and report on it.
+
+    Args:
+        source: map.
+        frames: frames with their surfaces; may be empty.
+        area: search area of the mission.
+        pictures: whether to render the map.
+        flush: whether to write it.
+
+    Raises:
+        InputDataError: its folder holds another map, or a damaged one.
+        RecordingError: a former map cannot be copied.
+    """
+    ground, left_out, unwritten = _opened(source), 0, ""
+    for frame, surface in frames:
+        try:
+            ground.add(frame, surface)
+        except ImagingError:
+            left_out += 1
+        except RecordingError as error:
+            left_out, unwritten = left_out + 1, str(error)
+    try:
+        if flush:
+            ground.flush()
+    except RecordingError as error:
+        unwritten = str(error)
+    raster = view_raster(ground.views, area.area_enu_m)
+    figures = ground_figures(raster, area.area_enu_m, area.occlusion, ground.header.frames, left_out)
+    rendered = ground_pictures(raster, area.occlusion) if pictures and ground.views else ()
+    return GroundReport(figures, rendered, unwritten)

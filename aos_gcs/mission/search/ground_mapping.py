@@ -1,0 +1,203 @@
+"""Map of the searched ground: fed with frames as they are used, in a process of its own, for which nothing waits.
+
+Buffered: yes, ``MAX_WAITING`` frames; when full: the oldest is left out and counted.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final
+
+from aos_gcs.errors import AosError
+from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.groundmap.directions import USUAL_STEP, direction_step
+from aos_gcs.groundmap.figures import GroundFigures
+from aos_gcs.groundmap.work import GroundReport, GroundSource, SearchedArea, add_frames
+from aos_gcs.imaging.model import Frame
+from aos_gcs.imaging.views import FocalSurface
+from aos_gcs.mission.fleet.roster import Roster
+from aos_gcs.mission.journal import Journal
+from aos_gcs.mission.search.gallery import Gallery
+from aos_gcs.planning.settings import MissionSettings
+from aos_gcs.ports import Severity, Worker
+
+MAX_WAITING: Final = 32
+"""Frames that may wait; one of 512 x 512 pixels and four bands takes 4 MiB."""
+_BATCH: Final = 10
+"""Frames that are added with one call."""
+_PICTURE_S: Final = 1.0
+"""Least time between two pictures of the map, real seconds."""
+_FLUSH_S: Final = 5.0
+"""Time after which what has changed is written, real seconds."""
+_POLL_S: Final = 0.5
+_FINISH_S: Final = 5.0
+"""Time limit for the last frames, real seconds."""
+
+
+@dataclass(frozen=True, slots=True)
+class GroundPlace:
+    """Folder and worker of a mission's map."""
+
+    worker: Worker
+    folder: Path
+    carried: Path | None = None
+    """Folder of the former sortie's map, which goes on; None: there is none."""
+    interrupted: Path | None = None
+    """Folder of the map of a flight that may be taken up; it goes on when it is."""
+
+
+class GroundMapping:
+    """Keeps the map of the searched ground and publishes it.
+
+    Args:
+        place: where it is kept; None: there is no such map.
+        roster: knows the origin of the mission's frame.
+        journal: tells operators what is missing.
+        gallery: publishes the pictures.
+        settings: returns the settings that the mission flies by.
+    """
+
+    def __init__(
+        self,
+        place: GroundPlace | None,
+        roster: Roster,
+        journal: Journal,
+        gallery: Gallery,
+        settings: Callable[[], MissionSettings],
+    ) -> None:
+        self._place = place
+        self._roster = roster
+        self._journal = journal
+        self._gallery = gallery
+        self._settings = settings
+        self._waiting: deque[tuple[int, Frame, FocalSurface]] = deque()
+        self._is_offered = asyncio.Event()
+        self._known: tuple[GroundSource, SearchedArea] | None = None
+        """Map and area of the latest figures."""
+        self._figures: GroundFigures | None = None
+        self._left_out = 0
+        self._step = 0
+        """Step of the latest frame on the map."""
+        self._is_pictured = self._is_flushed = True
+        self._pictured_at_s = self._flushed_at_s = -_FLUSH_S
+        self._problem = ""
+
+    @property
+    def is_on(self) -> bool:
+        """Whether there is such a map."""
+        return self._place is not None
+
+    @property
+    def figures(self) -> GroundFigures | None:
+        """Latest figures; None before the first ones, and where there is no map."""
+        return None if self._figures is None else replace(self._figures, left_out=self._left_out)
+
+    def take_up(self) -> None:
+        """Go on with the map of the flight that is taken up."""
+        if self._place is not None and self._place.interrupted is not None:
+            self._place = replace(self._place, carried=self._place.interrupted)
+
+    def offer(self, step: int, frames: Sequence[Frame], surface: FocalSurface) -> None:
+        """Have frames of a step added; nobody waits for it.
+
+        Args:
+            step: number of the step.
+            frames: frames with the best poses that are known.
+            surface: ground that they show.
+        """
+        if self._place is None:
+            return
+        self._waiting += [(step, frame, surface) for frame in frames]
+        while len(self._waiting) > MAX_WAITING:
+            self._waiting.popleft()
+            self._left_out += 1
+            self._report("The map of searched ground cannot keep up: frames are left out and their views not counted")
+        self._is_offered.set()
+
+    async def run(self) -> None:
+        """Add frames as they are offered, until cancelled."""
+        while self._place is not None:
+            with suppress(TimeoutError):
+                async with asyncio.timeout(_POLL_S):
+                    await self._is_offered.wait()
+            await self._work(self._place, is_last=False)
+
+    async def finish(self) -> None:
+        """Add what still waits and write the map; gives up where that takes too long."""
+        if self._place is None or self._known is None:
+            return
+        with suppress(TimeoutError):
+            async with asyncio.timeout(_FINISH_S):
+                await self._work(self._place, is_last=True)
+                while self._waiting:
+                    await self._work(self._place, is_last=True)
+
+    async def _work(self, place: GroundPlace, *, is_last: bool) -> None:
+        """Do what is due: add a batch of frames, open the map, draw it, write it."""
+        frame, now_s = self._roster.frame, asyncio.get_running_loop().time()
+        if frame is None:
+            return
+        known = self._source(place, frame.origin), self._area()
+        batch = [self._waiting.popleft() for _ in range(min(_BATCH, len(self._waiting)))]
+        if not self._waiting:
+            self._is_offered.clear()
+        if batch or known != self._known:
+            self._is_pictured = False
+        self._is_flushed = self._is_flushed and not batch
+        draws = (
+            self._gallery.is_open and not self._is_pictured and (is_last or now_s >= self._pictured_at_s + _PICTURE_S)
+        )
+        writes = not self._is_flushed and (is_last or now_s >= self._flushed_at_s + _FLUSH_S)
+        if not (batch or draws or writes or known != self._known):
+            return
+        self._step = max([self._step, *(step for step, _, _ in batch)])
+        frames = [(one, surface) for _, one, surface in batch]
+        self._known, self._is_pictured = known, self._is_pictured or draws
+        if draws:
+            self._pictured_at_s = now_s
+        if writes:
+            self._is_flushed, self._flushed_at_s = True, now_s
+        try:
+            report = await place.worker.run(add_frames, known[0], frames, known[1], pictures=draws, flush=writes)
+        except AosError as error:
+            self._left_out += len(batch)
+            self._report(f"The map of searched ground is not up to date: {error}")
+            return
+        self._take(report, len(batch))
+        if report.pictures:
+            await self._gallery.publish(self._step, report.pictures)
+
+    def _take(self, report: GroundReport, added: int) -> None:
+        """Take over a report on the map with so many frames more."""
+        figures, former = report.figures, self._figures
+        self._left_out += figures.left_out
+        expected = 0 if former is None else former.frames + added - figures.left_out
+        if figures.frames < expected:
+            self._left_out += expected - figures.frames
+            self._report("The map of searched ground has lost frames with its process: their views are not counted")
+        if report.unwritten:
+            self._is_flushed = False
+            self._report(report.unwritten)
+        self._figures = figures
+
+    def _report(self, problem: str) -> None:
+        """Tell operators a problem, once for as long as it is the latest one."""
+        if problem != self._problem:
+            self._problem = problem
+            self._journal.notice(Severity.WARNING, problem)
+
+    def _source(self, place: GroundPlace, origin: GeodeticPosition) -> GroundSource:
+        forest = self._settings().forest
+        step = USUAL_STEP
+        if forest is not None:
+            step = direction_step(forest.crown_base_m, forest.canopy_height_m, forest.occluder_size_m)
+        return GroundSource(place.folder, origin, step, place.carried)
+
+    def _area(self) -> SearchedArea:
+        settings = self._settings()
+        return SearchedArea(settings.area_enu_m, None if settings.forest is None else settings.forest.occlusion)

@@ -1,0 +1,201 @@
+"""The map of searched ground in missions: fed while they fly, kept in the folder, carried on, never in their way."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from pathlib import Path
+from typing import ParamSpec, TypeVar
+
+import pytest
+
+from aos_gcs.errors import WorkerError
+from aos_gcs.geometry.projection import Plane
+from aos_gcs.groundmap.ground_map import read_header
+from aos_gcs.groundmap.work import GroundReport
+from aos_gcs.mission.model.actions import Action
+from aos_gcs.mission.model.phase import Phase
+from aos_gcs.mission.model.steps import PictureKind
+from aos_gcs.mission.search.ground_mapping import MAX_WAITING, GroundMapping, GroundPlace
+from aos_gcs.planning.settings import ForestSettings
+from aos_gcs.ports import ThreadWorker
+from tests.fakes.ground_frames import ground_frame
+from tests.fakes.mission_flight import Flight, flying, prepare
+
+pytestmark = pytest.mark.looptime
+P = ParamSpec("P")
+T = TypeVar("T")
+
+FOREST = ForestSettings(canopy_height_m=18.0, crown_base_m=5.0)
+
+
+class Mapper:
+    """Worker that computes in a thread, if it is not told to fail or to wait."""
+
+    def __init__(self) -> None:
+        self.reports: list[GroundReport] = []
+        self.failure = ""
+        self.is_free = asyncio.Event()
+        self.is_free.set()
+
+    async def run(self, function: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> T:
+        await self.is_free.wait()
+        if self.failure:
+            raise WorkerError(self.failure)
+        result = await ThreadWorker().run(function, *args, **kwargs)
+        assert isinstance(result, GroundReport)
+        self.reports.append(result)
+        return result
+
+
+async def search(flight: Flight, steps: int) -> None:
+    """Fly until so many steps are made, and send all home."""
+    async with flying(flight) as run:
+        await flight.until(lambda: flight.mission.phase is not Phase.CONNECT)
+        if not flight.mission.auto_start.is_on:
+            await flight.until(lambda: flight.mission.phase is Phase.READY)
+            await flight.commands.act(Action.START, None)
+        await flight.until(lambda: len(flight.view.steps()) >= steps)
+        await flight.commands.act(Action.RETURN, None)
+        await run
+
+
+def mapping_of(flight: Flight) -> GroundMapping:
+    return flight.mission._ground
+
+
+async def test_what_a_mission_searches_is_on_the_map_and_on_the_disk(tmp_path: Path) -> None:
+    place = GroundPlace(ThreadWorker(), tmp_path / "ground")
+    flight = prepare(3, target=None, pictures=True, forest=FOREST, ground=place)
+    await search(flight, 3)
+    ground = flight.view.snapshot().ground
+    assert ground is not None
+    assert ground.left_out == 0
+    assert ground.frames == sum(len(step.fitness) for step in flight.view.steps()) >= 9
+    assert 0.0 < ground.seen_fraction <= 1.0
+    assert ground.mean_views > 0.0
+    assert ground.detection is not None
+    assert 0.0 < ground.detection.standing < ground.detection.lying < 1.0
+    kinds = {picture.kind for picture in flight.recorder.pictures}
+    assert {PictureKind.VIEWS, PictureKind.DETECTION} <= kinds
+    assert read_header(place.folder).frames == ground.frames
+
+
+async def test_without_a_described_forest_views_are_counted_and_nothing_is_promised(tmp_path: Path) -> None:
+    flight = prepare(3, target=None, pictures=True, ground=GroundPlace(ThreadWorker(), tmp_path))
+    await search(flight, 1)
+    ground = flight.view.snapshot().ground
+    assert ground is not None
+    assert ground.detection is None
+    assert flight.view.picture(PictureKind.VIEWS) is not None
+    assert flight.view.picture(PictureKind.DETECTION) is None
+
+
+async def test_the_next_sortie_shows_the_map_before_it_starts_and_adds_to_it(tmp_path: Path) -> None:
+    first = prepare(3, target=None, pictures=True, ground=GroundPlace(ThreadWorker(), tmp_path / "one"))
+    await search(first, 2)
+    async with first.journal.recorded(first.recorder):
+        staying = asyncio.create_task(first.mission.stay())
+        await first.clock.sleep(1.0)
+        await first.commands.act(Action.NEW_SORTIE, None)
+        following = await staying
+    assert following is not None
+    assert following.former_id == "m"
+    frames = read_header(tmp_path / "one").frames
+    place = GroundPlace(ThreadWorker(), tmp_path / "two", carried=tmp_path / "one")
+    second = prepare(3, target=None, following=following, pictures=True, ground=place)
+    async with flying(second) as run:
+        await second.until(lambda: second.mission.phase is Phase.READY)
+        ground = second.view.snapshot().ground
+        assert ground is not None
+        assert ground.frames == frames
+        assert second.view.picture(PictureKind.VIEWS) is not None
+        await second.commands.act(Action.START, None)
+        await second.until(lambda: len(second.view.steps()) >= 1)
+        await second.commands.act(Action.RETURN, None)
+        await run
+    assert read_header(tmp_path / "two").frames > frames
+    assert read_header(tmp_path / "one").frames == frames
+
+
+async def test_a_flight_that_is_taken_up_goes_on_with_its_map_and_another_does_not(tmp_path: Path) -> None:
+    first = prepare(3, target=None, ground=GroundPlace(ThreadWorker(), tmp_path / "one"))
+    await search(first, 2)
+    frames = read_header(tmp_path / "one").frames
+    for is_taken_up in (False, True):
+        place = GroundPlace(ThreadWorker(), tmp_path / f"two {is_taken_up}", interrupted=tmp_path / "one")
+        second = prepare(3, target=None, auto_start=False, ground=place)
+        async with flying(second) as run:
+            await second.until(lambda flight=second: flight.mission.phase is Phase.READY)  # type: ignore[misc]
+            if is_taken_up:
+                mapping_of(second).take_up()
+                await second.clock.sleep(1.0)
+            ground = second.view.snapshot().ground
+            assert ground is not None
+            assert ground.frames == (frames if is_taken_up else 0)
+            await second.commands.act(Action.ABORT, None)
+            await run
+
+
+async def test_a_map_that_is_slow_delays_nothing_and_counts_what_it_leaves_out(tmp_path: Path) -> None:
+    worker = Mapper()
+    flight = prepare(3, target=None, ground=GroundPlace(worker, tmp_path))
+    async with flying(flight) as run:
+        await flight.until(lambda: flight.mission.phase is Phase.SCAN)
+        worker.is_free.clear()
+        waiting = MAX_WAITING + 7
+        mapping_of(flight).offer(1, [ground_frame(0.0, 30.0)] * waiting, Plane(0.0))
+        await flight.until(lambda: len(flight.view.steps()) >= 4)
+        assert not any("hold" in text.lower() for text in flight.texts())
+        worker.is_free.set()
+        await flight.commands.act(Action.RETURN, None)
+        await run
+    ground = flight.view.snapshot().ground
+    assert ground is not None
+    taken = sum(len(step.fitness) for step in flight.view.steps())
+    assert ground.left_out >= 7
+    assert ground.frames + ground.left_out == taken + waiting
+    assert sum("cannot keep up" in text for text in flight.texts()) == 1
+
+
+async def test_a_map_that_fails_is_reported_once_and_the_mission_goes_on(tmp_path: Path) -> None:
+    worker = Mapper()
+    flight = prepare(3, target=None, ground=GroundPlace(worker, tmp_path))
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.view.steps()) >= 1)
+        worker.failure = "Map of searched ground has ended (SIGKILL)"
+        await flight.until(lambda: len(flight.view.steps()) >= 4)
+        await flight.commands.act(Action.RETURN, None)
+        await run
+    assert sum("not up to date: Map of searched ground has ended" in text for text in flight.texts()) == 1
+    ground = flight.view.snapshot().ground
+    assert ground is not None
+    assert ground.left_out >= 6
+
+
+async def test_frames_that_are_lost_with_the_process_are_named(tmp_path: Path) -> None:
+    worker = Mapper()
+    flight = prepare(3, target=None, ground=GroundPlace(worker, tmp_path / "one"))
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.view.steps()) >= 2)
+        # A new process knows what is on the disk alone; here, nothing.
+        mapping = mapping_of(flight)
+        mapping._place = GroundPlace(worker, tmp_path / "two")
+        await flight.until(lambda: len(flight.view.steps()) >= 3)
+        await flight.commands.act(Action.RETURN, None)
+        await run
+    assert any("lost frames with its process" in text for text in flight.texts())
+    ground = flight.view.snapshot().ground
+    assert ground is not None
+    assert ground.frames + ground.left_out == sum(len(step.fitness) for step in flight.view.steps())
+
+
+async def test_a_disk_that_takes_nothing_is_reported_and_the_map_goes_on(tmp_path: Path) -> None:
+    folder = tmp_path / "ground"
+    folder.write_text("in the way", "utf-8")
+    flight = prepare(3, target=None, ground=GroundPlace(ThreadWorker(), folder))
+    await search(flight, 2)
+    assert any("cannot be written" in text for text in flight.texts())
+    ground = flight.view.snapshot().ground
+    assert ground is not None
+    assert ground.frames > 0
