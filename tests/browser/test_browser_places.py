@@ -104,6 +104,9 @@ async def test_pictures_footprints_and_ellipses_lie_at_their_true_places(
         box = await changed_box(map_page, places, [], kind)
         np.testing.assert_allclose(box, covered, atol=TOLERANCE_PX, err_msg=kind)
 
+    box = await changed_box(map_page, places, ["searched"], "")
+    np.testing.assert_allclose(box, covered, atol=TOLERANCE_PX, err_msg="searched ground")
+
     corners = np.array(FOOTPRINT_ENU_M)
     expected = await box_of(places, *corners.min(axis=0), *corners.max(axis=0))
     box = await changed_box(map_page, places, ["footprints"], "")

@@ -191,8 +191,12 @@ export const texts = {
     cursor: "Cursor position",
     layer: {
       basemap: "Base map",
+<<<<<<< HEAD
       shading: "Hill shading",
       contours: "Contour lines (above sea level)",
+=======
+      searched: "Searched ground",
+>>>>>>> c57bebec (Show on the map and in a panel what has been searched)
       grid: "Metric grid",
       area: "Search area, geofence, no-go zones",
       legs: "Scan legs",
@@ -205,6 +209,20 @@ export const texts = {
       vehicles: "Vehicles",
     },
     target: (trackId: number) => (trackId === 0 ? "Target" : `Target ${trackId}`),
+  },
+  searched: {
+    panel: "Search",
+    seen: "Area seen",
+    leg: "Leg",
+    legOf: (leg: number, legs: number) => `${leg} of ${legs}`,
+    left: "Time left on the legs",
+    standing: "Detection, standing",
+    sitting: "Detection, sitting",
+    lying: "Detection, lying",
+    views: "Independent views",
+    leftOut: "Frames not mapped",
+    detectionLegend: { title: "Probability of detection, standing person", low: "0 %", high: "100 %" },
+    viewsLegend: { title: "Independent views", low: "0", high: "20 or more" },
   },
   heights: {
     agl: "AGL",

@@ -60,6 +60,8 @@ export function mission(changes: Partial<Mission> = {}): Mission {
     legs: [],
     leg: 0,
     covered_percent: null,
+    ground: null,
+    scan_left_s: null,
     vehicles: [vehicle(1), vehicle(2)],
     planned_vehicles: 2,
     preflight: [],

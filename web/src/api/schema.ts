@@ -922,6 +922,18 @@ export interface components {
       lines: components["schemas"]["ContourModel"][];
     };
     /**
+     * DetectionModel
+     * @description Mean probability, per cent, that a person of each posture in the search area would have been marked by now.
+     */
+    DetectionModel: {
+      /** Lying */
+      lying: number;
+      /** Sitting */
+      sitting: number;
+      /** Standing */
+      standing: number;
+    };
+    /**
      * EllipseModel
      * @description One standard deviation of a horizontal position; holds the truth with a probability of 39 %.
      */
@@ -1162,6 +1174,31 @@ export interface components {
       longitude_deg: number;
     };
     /**
+     * GroundModel
+     * @description Searched ground, by the map of it: this sortie and those before it.
+     */
+    GroundModel: {
+      /** @description Null where the forest is not described. */
+      detection_percent: components["schemas"]["DetectionModel"] | null;
+      /** Frames */
+      frames: number;
+      /**
+       * Left Out
+       * @description Frames of this mission that are not on the map.
+       */
+      left_out: number;
+      /**
+       * Mean Views
+       * @description Mean number of independent views over the search area.
+       */
+      mean_views: number;
+      /**
+       * Seen Percent
+       * @description Share of the search area that was seen from at least one direction.
+       */
+      seen_percent: number;
+    };
+    /**
      * HeartbeatMessage
      * @description The connection is alive although nothing has changed; ``mission_age_s`` tells whether the mission is.
      */
@@ -1370,6 +1407,8 @@ export interface components {
        */
       findings: components["schemas"]["FindingModel"][];
       focus: components["schemas"]["FocusModel"] | null;
+      /** @description What has been searched; null before the first figures. */
+      ground: components["schemas"]["GroundModel"] | null;
       /**
        * Leg
        * @description Index of the leg being flown.
@@ -1400,6 +1439,11 @@ export interface components {
       preflight: components["schemas"]["PreflightCheckModel"][];
       /** @description Replay that is shown; null for a live mission. */
       replay: components["schemas"]["ReplayModel"] | null;
+      /**
+       * Scan Left S
+       * @description Time that the rest of the legs takes at the pace so far; null before that is known.
+       */
+      scan_left_s: number | null;
       /**
        * Started Utc S
        * @description Start in seconds since the Unix epoch, so that mission times can be told as clock times; null before the start and in surveys.
@@ -1552,7 +1596,7 @@ export interface components {
      * @description The rasters that are shown live.
      * @enum {string}
      */
-    PictureKind: "integral" | "thermal" | "anomaly" | "coverage" | "visibility";
+    PictureKind: "integral" | "thermal" | "anomaly" | "coverage" | "visibility" | "views" | "detection";
     /**
      * PictureModel
      * @description A raster that can be fetched, and where it lies on the ground.

@@ -88,6 +88,8 @@ const PICTURE: Readonly<Record<PictureKind, string>> = {
   anomaly: "Anomaly",
   coverage: "Coverage",
   visibility: "Visibility",
+  views: "Independent views",
+  detection: "Probability of detection",
 };
 
 const FRAME: Readonly<Record<FrameKind, string>> = { colour: "Colour", thermal: "Thermal" };

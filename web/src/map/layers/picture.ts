@@ -1,32 +1,47 @@
-/** Latest image of the selected kind, at its true position on the ground. */
+/** Images at their true position on the ground: the latest of the selected kind, and what has been searched. */
 import type { ImageSource, Map as MapLibreMap } from "maplibre-gl";
 import type { Picture, Vertex } from "../../api/types";
 import type { LngLat } from "../../geometry";
-import type { AttachedLayer, MapLayer, Scene } from "../layer";
-
-const PICTURE = "picture";
-/** Invisible layer that reserves the place of the image among the layers until there is one. */
-const SLOT = "picture-slot";
+import { searchedKind } from "../../state/searched";
+import type { AttachedLayer, MapLayer, Overlay, Scene } from "../layer";
 
 type Corners = [LngLat, LngLat, LngLat, LngLat];
 
-export const pictureLayer: MapLayer = {
-  id: PICTURE,
-  attach(map) {
-    map.addLayer({ id: SLOT, type: "background", layout: { visibility: "none" } });
-    return new AttachedPicture(map);
-  },
-};
+export const pictureLayer: MapLayer = imageLayer("picture", ({ overlay }) => overlay);
 
-class AttachedPicture implements AttachedLayer {
+/** Probability of detection, or the views of each place until the forest is described; below the selected image. */
+export const searchedLayer: MapLayer = imageLayer("searched", ({ state }) => {
+  const kind = searchedKind(state.pictures);
+  return kind === null ? null : { kind, opacity: 1 };
+});
+
+function imageLayer(id: string, choose: (scene: Scene) => Overlay | null): MapLayer {
+  return {
+    id,
+    attach(map) {
+      // An invisible layer reserves the place of the image among the layers until there is one.
+      map.addLayer({ id: slotOf(id), type: "background", layout: { visibility: "none" } });
+      return new AttachedImage(map, id, choose);
+    },
+  };
+}
+
+const slotOf = (id: string): string => `${id}-slot`;
+
+class AttachedImage implements AttachedLayer {
   private url = "";
   private isVisible = false;
   private opacity = NaN;
 
-  constructor(private readonly map: MapLibreMap) {}
+  constructor(
+    private readonly map: MapLibreMap,
+    private readonly id: string,
+    private readonly choose: (scene: Scene) => Overlay | null,
+  ) {}
 
-  update({ state, overlay }: Scene): void {
-    const picture = overlay === null ? undefined : state.pictures[overlay.kind];
+  update(scene: Scene): void {
+    const overlay = this.choose(scene);
+    const picture = overlay === null ? undefined : scene.state.pictures[overlay.kind];
     const corners = picture && cornersOf(picture.corners);
     if (overlay === null || picture === undefined || !corners) {
       this.setVisible(false);
@@ -38,34 +53,35 @@ class AttachedPicture implements AttachedLayer {
   }
 
   remove(): void {
-    if (this.map.getLayer(PICTURE)) this.map.removeLayer(PICTURE);
-    if (this.map.getSource(PICTURE)) this.map.removeSource(PICTURE);
-    this.map.removeLayer(SLOT);
+    if (this.map.getLayer(this.id)) this.map.removeLayer(this.id);
+    if (this.map.getSource(this.id)) this.map.removeSource(this.id);
+    this.map.removeLayer(slotOf(this.id));
   }
 
   /** MapLibre draws the map anew whenever a property is set, also to the value that it has. */
   private setVisible(isVisible: boolean): void {
     if (isVisible === this.isVisible) return;
     this.isVisible = isVisible;
-    this.map.setLayoutProperty(PICTURE, "visibility", isVisible ? "visible" : "none");
+    this.map.setLayoutProperty(this.id, "visibility", isVisible ? "visible" : "none");
   }
 
   private setOpacity(opacity: number): void {
     if (opacity === this.opacity) return;
     this.opacity = opacity;
-    this.map.setPaintProperty(PICTURE, "raster-opacity", opacity);
+    this.map.setPaintProperty(this.id, "raster-opacity", opacity);
   }
 
   private show(picture: Picture, coordinates: Corners): void {
     if (picture.url === this.url) return;
     this.url = picture.url;
-    const source = this.map.getSource<ImageSource>(PICTURE);
+    const { id } = this;
+    const source = this.map.getSource<ImageSource>(id);
     if (source) {
       source.updateImage({ url: picture.url, coordinates });
       return;
     }
-    this.map.addSource(PICTURE, { type: "image", url: picture.url, coordinates });
-    this.map.addLayer({ id: PICTURE, type: "raster", source: PICTURE, paint: { "raster-fade-duration": 0 } }, SLOT);
+    this.map.addSource(id, { type: "image", url: picture.url, coordinates });
+    this.map.addLayer({ id, type: "raster", source: id, paint: { "raster-fade-duration": 0 } }, slotOf(id));
   }
 }
 

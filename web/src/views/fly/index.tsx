@@ -6,14 +6,16 @@ import { footprintsLayer } from "../../map/layers/footprints";
 import { heightsLayer } from "../../map/layers/heights";
 import { homesLayer } from "../../map/layers/homes";
 import { legsLayer } from "../../map/layers/legs";
-import { pictureLayer } from "../../map/layers/picture";
+import { pictureLayer, searchedLayer } from "../../map/layers/picture";
 import { targetsLayer } from "../../map/layers/targets";
 import { trailsLayer } from "../../map/layers/trails";
 import { vehiclesLayer } from "../../map/layers/vehicles";
 import { waypointsLayer } from "../../map/layers/waypoints";
 import { MapPanel } from "../../map/panel";
+import { SearchedLegend } from "../../map/searched_legend";
 import { useBaseLayers } from "../../map/use_base";
 import { EventsPanel } from "../../panels/events";
+import { SearchedPanel } from "../../panels/searched";
 import { TargetsPanel } from "../../panels/targets";
 import { useShell } from "../../shell/context";
 import { toggle } from "../../state/selection";
@@ -29,6 +31,7 @@ export function FlyView() {
     const vehicles = vehiclesLayer((id) => changeSelection((before) => toggle(before, id)));
     return [
       ...base,
+      searchedLayer,
       pictureLayer,
       areaLayer,
       legsLayer,
@@ -45,9 +48,11 @@ export function FlyView() {
     <>
       <MapPanel layers={shownOf(layers, choice)} overlay={overlayOf(choice)}>
         <LayerSwitch layers={layers} choice={choice} onChange={setChoice} />
+        <SearchedLegend isShown={!choice.hidden.has(searchedLayer.id)} />
       </MapPanel>
       <div class="side">
         <Controls />
+        <SearchedPanel mission={state.mission} />
         <TargetsPanel targets={state.mission?.targets ?? []} />
       </div>
       <FleetPanel />
