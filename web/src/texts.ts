@@ -191,12 +191,9 @@ export const texts = {
     cursor: "Cursor position",
     layer: {
       basemap: "Base map",
-<<<<<<< HEAD
       shading: "Hill shading",
       contours: "Contour lines (above sea level)",
-=======
       searched: "Searched ground",
->>>>>>> c57bebec (Show on the map and in a panel what has been searched)
       grid: "Metric grid",
       area: "Search area, geofence, no-go zones",
       legs: "Scan legs",
