@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import pytest
 
+from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.phase import Outcome
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.ports import LandedState, VehicleState
@@ -58,3 +59,15 @@ async def test_a_report_that_never_comes_is_told_and_ends_nothing_but_the_wait()
     assert [vehicle.task for vehicle in flight.view.snapshot().vehicles] == [*[Task.LANDED] * 3, Task.LANDING]
     assert "has not reported that it landed: check it on site" in flight.texts()
     assert "3 of 4 vehicles landed" in flight.view.snapshot().message
+
+
+async def test_vehicles_that_landed_elsewhere_are_named_with_their_distance() -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.view.steps()) == 3)
+        await flight.commands.act(Action.LAND, (2,))
+        await flight.commands.act(Action.RETURN, (1, 3, 4))
+        await run
+    away = [text for text in flight.texts() if text.endswith("m from its launch point")]
+    assert len(away) == 1
+    assert flight.view.snapshot().message.startswith("Mission over: 4 of 4 vehicles landed, vehicle 2 ")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,8 @@ _HOVER_S = 15.0
 """Time for which a vehicle hovers above its launch point, by its autopilot's own return, before it is landed."""
 _HOVER_MPS = 0.3
 _NEAR_HOME_M = 3.0
+_ELSEWHERE_M = 10.0
+"""Distance from its launch point beyond which a landed vehicle has to be looked for; far more than landings err."""
 _SPOTS_APART = 2.0
 """Distance of two landing spots about a return point, in separations: both vehicles may err by half of one."""
 
@@ -361,6 +363,26 @@ class ReturnAndLand:
         for member in lost:
             text = "link lost: its own failsafe lands it. Check it on site"
             context.journal.notice(Severity.CRITICAL, text, member.vehicle_id)
-        landed = len(context.roster.members(Task.LANDED))
+        landed = context.roster.members(Task.LANDED)
         flown = sum(member.takes_part for member in context.roster.members())
-        context.journal.set_message(f"Mission over: {landed} of {flown} vehicles landed.")
+        text = f"Mission over: {len(landed)} of {flown} vehicles landed{self._report_elsewhere(landed)}."
+        context.journal.set_message(text)
+
+    def _report_elsewhere(self, landed: Sequence[Member]) -> str:
+        """Report vehicles that somebody has to fetch; return them in words to go on a sentence, empty for none."""
+        away_m = {}
+        for member in landed:
+            position_enu_m = self._context.roster.position_enu_m(member)
+            if position_enu_m is None or member.home_enu_m is None:
+                continue
+            distance_m = math.dist(position_enu_m[:2], member.home_enu_m[:2])
+            if distance_m > _ELSEWHERE_M:
+                away_m[member.vehicle_id] = distance_m
+                text = f"landed {distance_m:.0f} m from its launch point"
+                self._context.journal.notice(Severity.WARNING, text, member.vehicle_id)
+        if not away_m:
+            return ""
+        if len(away_m) > 1:
+            return f", {len(away_m)} of them away from their launch points: {', '.join(map(str, sorted(away_m)))}"
+        ((vehicle_id, distance_m),) = away_m.items()
+        return f", vehicle {vehicle_id} {distance_m:.0f} m from its launch point"
