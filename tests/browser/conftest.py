@@ -226,9 +226,9 @@ class Service:
 
 
 @asynccontextmanager
-async def serving(make_app: Callable[[ScriptedMission], FastAPI] = app_of) -> AsyncIterator[Service]:
+async def serving(make_app: Callable[[ScriptedMission], FastAPI] = app_of, vehicles: int = 8) -> AsyncIterator[Service]:
     """Serve a scripted mission for as long as the context is entered."""
-    mission = ScriptedMission(LoopClock())
+    mission = ScriptedMission(LoopClock(), vehicles)
     service = Service(mission, make_app)
     await service.start()
     service.fly()

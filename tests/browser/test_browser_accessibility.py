@@ -67,6 +67,13 @@ async def test_axe_finds_nothing_serious_in_any_view_and_theme(checked_page: Pag
     assert await serious_issues(page) == [], "message about a finding"
     await page.keyboard.press("Escape")
     await page.get_by_test_id("view-fly").click()
+    await page.get_by_test_id("select-1").click()
+    await expect(page.get_by_test_id("vehicle-panel")).to_be_visible()
+    await page.get_by_test_id("fleet-view").click()
+    await page.get_by_test_id("fleet-layout-tiles").click()
+    assert await serious_issues(page) == [], "settings of the fleet"
+    await page.keyboard.press("Escape")
+    assert await serious_issues(page) == [], "tiles and a vehicle's panel"
     for theme in THEMES:
         await page.get_by_test_id("settings-open").click()
         await page.get_by_test_id(f"theme-{theme}").click()

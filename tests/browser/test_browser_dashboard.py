@@ -5,11 +5,11 @@ from __future__ import annotations
 import re
 
 import pytest
-from playwright.async_api import Route, expect
+from playwright.async_api import Page, Route, expect
 
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.ports import Severity
-from tests.browser.conftest import OPERATOR_CODE
+from tests.browser.conftest import OPERATOR_CODE, serving
 from tests.browser.map_colours import wait_until_drawn, wait_until_gone
 from tests.browser.pages import (
     confirm,
@@ -242,3 +242,34 @@ async def test_an_operator_can_command_although_answers_of_the_station_are_lost(
         await expect(page.get_by_test_id("result-1")).to_have_attribute("data-accepted", "true")
         assert losses > 0, "commands wait for no answer"
     await expect(page.get_by_test_id("sign-in-open")).to_have_count(0)
+
+
+async def test_a_hundred_vehicles_are_seen_at_a_glance_the_worst_first(page: Page, dashboard_build: None) -> None:  # noqa: ARG001 - a check
+    async with serving(vehicles=100) as service:
+        await page.set_viewport_size({"width": 1920, "height": 1080})
+        await open_page(page, service.url)
+        tiles = page.get_by_test_id("vehicles").locator("button[data-testid^=vehicle-]")
+        await expect(tiles).to_have_count(100)
+        for tile in (tiles.first, tiles.last):
+            await expect(tile).to_be_in_viewport(ratio=1)
+        await expect(tiles.first).to_have_attribute("data-level", "critical")
+        service.freeze()
+
+        await page.get_by_test_id("fleet-filter-attention").click()
+        await expect(tiles.last).to_have_attribute("data-level", re.compile("warning|critical"))
+        await page.get_by_test_id("fleet-filter-all").click()
+        for vehicle_id in range(1, 13):
+            service.mission.notify(Severity.WARNING, "no GPS fix", vehicle_id)
+        await expect(page.get_by_test_id("alert-bar")).to_contain_text("12 vehicles (1–12): no GPS fix")  # noqa: RUF001
+
+        await page.get_by_test_id("vehicle-3").click()
+        panel = page.get_by_test_id("vehicle-panel")
+        await expect(panel).to_contain_text("Vehicle 3")
+        await expect(panel.locator("figure")).to_have_count(3)
+        await page.get_by_test_id("fleet-view").click()
+        await page.get_by_test_id("fleet-layout-table").click()
+        await page.get_by_test_id("fleet-column-gps").click()
+        await page.keyboard.press("Escape")
+        await page.reload()
+        await expect(page.locator(".fleet thead")).to_contain_text("Link")
+        await expect(page.locator(".fleet thead")).not_to_contain_text("GPS")

@@ -2,6 +2,7 @@
 import type { Action } from "./api/types";
 import type { ViewName } from "./shell/route";
 import { decide, handover, report } from "./texts/decide";
+import { attention, fleet, heights, target, vehicle } from "./texts/fly";
 import { names } from "./texts/names";
 import { plan } from "./texts/plan";
 import { focus, see } from "./texts/see";
@@ -33,6 +34,7 @@ export const texts = {
   waiting: "Waiting for data from the mission …",
   noData: "no data",
   unavailable: "Not available in this phase",
+  onGround: "Not available: the selected vehicles have landed",
   names,
   requests: {
     disconnected: "Not sent: no connection to the station. Use the remote control.",
@@ -221,40 +223,11 @@ export const texts = {
     detectionLegend: { title: "Probability of detection, standing person", low: "0 %", high: "100 %" },
     viewsLegend: { title: "Independent views", low: "0", high: "20 or more" },
   },
-  heights: {
-    agl: "AGL",
-    aboveGround: "above ground",
-    aboveHome: "above home",
-    aboveSea: "above sea level",
-  },
-  fleet: {
-    panel: "Fleet",
-    none: "No vehicle connected yet.",
-    columns: {
-      select: "Select",
-      id: "ID",
-      mode: "Mode",
-      task: "Task",
-      armed: "Armed",
-      battery: "Battery",
-      gps: "GPS",
-      link: "Link",
-      height: "Height",
-      message: "Message",
-    },
-    armed: "armed",
-    disarmed: "disarmed",
-    neverHeard: "no contact",
-    linkHint: "Age of the last message, packet loss, round-trip time",
-    selectRow: (id: number) => `Select vehicle ${id}`,
-  },
-  target: {
-    panel: "Targets",
-    none: "No targets yet.",
-    sightings: (count: number) => (count === 1 ? "1 sighting" : `${count} sightings`),
-    error: (sigma: string) => `± ${sigma} (1 σ)`,
-    taken: (kind: string, probability: string) => `${kind} (person: ${probability})`,
-  },
+  heights,
+  fleet,
+  attention,
+  vehicle,
+  target,
   see,
   focus,
   understand,

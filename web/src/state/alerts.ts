@@ -43,21 +43,21 @@ export function acknowledgementByNotice(
 
 /**
  * Open alerts, most severe and newest first: repetitions of one text are one alert with a count, and so is what several
- * vehicles report in the same words.
+ * vehicles report in the same words, whatever their numbers.
  */
 export function openAlerts(notices: readonly Notice[], acknowledgements: readonly Acknowledgement[]): Alert[] {
   const alerts = new Map<string, Alert>();
   for (const { notice, count } of openNotices(notices, acknowledgements)) {
     const { notice_id: id, severity, text, vehicle_id: vehicleId, utc_s, track_id: trackId } = notice;
     if (severity === "info") continue;
-    const key = `${vehicleId === null ? "mission" : "vehicles"} ${severity} ${text}`;
+    const key = `${vehicleId === null ? "mission" : "vehicles"} ${severity} ${causeOf(text)}`;
     const others = alerts.get(key);
     alerts.set(key, {
       key,
       severity,
-      text,
+      text: others === undefined ? text : sharedText(others.text, text),
       trackId,
-      vehicleIds: [...(others?.vehicleIds ?? []), ...(vehicleId === null ? [] : [vehicleId])],
+      vehicleIds: [...new Set([...(others?.vehicleIds ?? []), ...(vehicleId === null ? [] : [vehicleId])])],
       id,
       utc_s,
       ids: [...(others?.ids ?? []), id],
@@ -66,6 +66,26 @@ export function openAlerts(notices: readonly Notice[], acknowledgements: readonl
   }
   const rank = ({ severity }: Alert): number => SEVERITIES.indexOf(severity);
   return [...alerts.values()].sort((a, b) => rank(b) - rank(a) || b.id - a.id);
+}
+
+const NUMBER = /\d+(?:\.\d+)?/g;
+const RANGE = /(\d+(?:\.\d+)?)(?:–(\d+(?:\.\d+)?))?/g;
+
+/** Text without its numbers: vehicles that report the same with other numbers have the same cause. */
+const causeOf = (text: string): string => text.replaceAll(NUMBER, "#");
+
+/** Text that says the same as both, with the ranges of their numbers: "battery at 21–24 %". */
+export function sharedText(one: string, other: string): string {
+  if (one === other) return one;
+  const others = [...other.matchAll(NUMBER)].map(([number]) => number);
+  let index = 0;
+  return one.replaceAll(RANGE, (range, low: string, high: string | undefined) => {
+    const number = others[index++];
+    if (number === undefined) return range;
+    const sorted = [low, high ?? low, number].sort((a, b) => Number(a) - Number(b));
+    const [least, most] = [sorted[0], sorted.at(-1)];
+    return Number(least) === Number(most) ? low : `${least}–${most}`;
+  });
 }
 
 /** Latest repetition of each text of each vehicle that nobody has acknowledged, with their number, oldest first. */

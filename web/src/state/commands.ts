@@ -2,9 +2,12 @@
 import type { Action, Mission } from "../api/types";
 import { quantity } from "../format";
 import { texts } from "../texts";
+import { isGrounded } from "./attention";
 
 /** Actions that concern the whole mission, whatever is selected. */
 const MISSION_WIDE: ReadonlySet<Action> = new Set<Action>(["start", "abort", "focus", "new_sortie"]);
+/** Actions that mean nothing to a vehicle that stands on the ground with its motors off. A hold is never withheld. */
+const OF_FLYING: ReadonlySet<Action> = new Set<Action>(["pause", "resume", "return", "land"]);
 /** Actions that start motors, end the search or bring vehicles down need confirmation. Hold never does. */
 const DANGEROUS: ReadonlySet<Action> = new Set<Action>(["start", "join", "return", "land", "abort"]);
 
@@ -49,7 +52,13 @@ function scope(action: Action, vehicleIds: readonly number[] | null, mission: Mi
 /** Whether an action is available now; the station decides. */
 export function isOffered(action: Action, mission: Mission | null, selected: ReadonlySet<number>): boolean {
   if (mission === null) return false;
+  if (OF_FLYING.has(action) && areGrounded(mission, selected)) return false;
   // A paused mission cannot be paused again as a whole, but single vehicles can be paused or resumed.
   const isPartial = targets(action, selected) !== null && action === "pause";
   return mission.allowed_actions.includes(action) || (isPartial && mission.allowed_actions.includes("resume"));
+}
+
+/** Whether vehicles are selected and all of them have landed. */
+export function areGrounded({ vehicles }: Pick<Mission, "vehicles">, selected: ReadonlySet<number>): boolean {
+  return selected.size > 0 && vehicles.every((one) => !selected.has(one.vehicle_id) || isGrounded(one));
 }

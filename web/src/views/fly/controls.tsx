@@ -2,7 +2,7 @@
 import type { Action } from "../../api/types";
 import { useShell } from "../../shell/context";
 import { Reports } from "../../shell/reports";
-import { isOffered, makeCommand } from "../../state/commands";
+import { areGrounded, isOffered, makeCommand } from "../../state/commands";
 import { select } from "../../state/selection";
 import { texts } from "../../texts";
 import { Panel } from "../../ui/panel";
@@ -25,6 +25,7 @@ export function Controls() {
   const { state, isConnected, mayCommand, selection, changeSelection, commands } = useShell();
   const { mission } = state;
   const { ids } = selection;
+  const areAllGrounded = mission !== null && areGrounded(mission, ids);
   const fleet = mission?.vehicles.length ?? 0;
   const scope =
     ids.size === 0
@@ -61,7 +62,7 @@ export function Controls() {
                 class={`action action-${action}`}
                 data-testid={`action-${action}`}
                 aria-label={label}
-                title={isEnabled ? label : texts.unavailable}
+                title={isEnabled ? label : areAllGrounded ? texts.onGround : texts.unavailable}
                 disabled={!isEnabled}
                 onClick={() => commands.request(action)}
               >

@@ -1,18 +1,19 @@
-/** Fleet as a table; commands go to the selected rows. */
-import { useMemo } from "preact/hooks";
+/** Fleet as a table or as tiles, the worst first; commands go to the selected vehicles. */
+import { useMemo, useRef, useState } from "preact/hooks";
 import type { Vehicle } from "../../api/types";
-import { age, gpsFix, quantity, UNKNOWN } from "../../format";
-import { vehicleColour } from "../../map/palette";
 import { useShell } from "../../shell/context";
-import { isStale, linkAge_s } from "../../state/freshness";
-import { allHeights, heightWords } from "../../state/heights";
 import { extend, toggle } from "../../state/selection";
 import { texts } from "../../texts";
-import { Panel } from "../../ui/panel";
+import { Choice } from "../../ui/choice";
 import { useAtMostEvery } from "../../ui/pacing";
+import { Panel } from "../../ui/panel";
+import "./fleet.css";
+import { type FleetSettings, layoutOf, storedSettings, storeSettings } from "./fleet_settings";
+import { FleetTable } from "./fleet_table";
+import { FleetTiles } from "./fleet_tiles";
+import { FleetWindow } from "./fleet_window";
+import { countRows, type Filter, FILTERS, makeRows, orderedIds, steadyOrder } from "./rows";
 
-const LOW_BATTERY_PERCENT = 25;
-const HIGH_LOSS_PERCENT = 5;
 /** Numbers that change faster cannot be read; the map shows every change. */
 const READING_INTERVAL_MS = 500;
 
@@ -20,139 +21,80 @@ const NO_VEHICLES: readonly Vehicle[] = [];
 
 export function FleetPanel() {
   const { state, snapshotAge_s, selection, changeSelection } = useShell();
+  const [filter, setFilter] = useState<Filter>("all");
+  const [settings, setSettings] = useState(storedSettings);
+  const [isWindowOpen, setWindowOpen] = useState(false);
+  // What an operator is about to press does not move.
+  const [isPointed, setPointed] = useState(false);
   const vehicles = useAtMostEvery(state.mission?.vehicles ?? NO_VEHICLES, READING_INTERVAL_MS);
-  const rows = useMemo(() => {
-    const fleet = vehicles.map((vehicle) => vehicle.vehicle_id);
-    return vehicles.map((vehicle) => (
-      <Row
-        key={vehicle.vehicle_id}
-        vehicle={vehicle}
-        snapshotAge_s={snapshotAge_s}
-        isSelected={selection.ids.has(vehicle.vehicle_id)}
-        onPick={(id, isRange) =>
-          changeSelection((before) => (isRange ? extend(before, id, fleet) : toggle(before, id)))
-        }
-      />
-    ));
-    // Ages advance in whole seconds while no data arrive.
-  }, [vehicles, selection.ids, Math.floor(snapshotAge_s)]);
+  // Ages advance in whole seconds while no data arrive.
+  const age_s = Math.floor(snapshotAge_s);
+  const rows = useMemo(() => makeRows(vehicles, snapshotAge_s), [vehicles, age_s]);
+  const wanted = orderedIds(rows, filter, settings.order);
+  const shown = useRef<readonly number[]>(wanted);
+  shown.current = isPointed ? steadyOrder(shown.current, wanted) : wanted;
+  const order = shown.current.join();
+  const layout = layoutOf(settings, vehicles.length);
+  const pick = (id: number, isRange: boolean): void =>
+    changeSelection((before) => (isRange ? extend(before, id, shown.current) : toggle(before, id)));
+  const list = useMemo(() => {
+    const byId = new Map(rows.map((row) => [row.vehicle.vehicle_id, row]));
+    const listed = shown.current.flatMap((id) => byId.get(id) ?? []);
+    const props = { rows: listed, snapshotAge_s, selected: selection.ids, onPick: pick };
+    return layout === "table" ? <FleetTable {...props} columns={settings.columns} /> : <FleetTiles {...props} />;
+  }, [rows, order, layout, settings.columns, selection.ids, age_s]);
+
+  const change = (changed: FleetSettings): void => {
+    storeSettings(changed);
+    setSettings(changed);
+  };
+  const counts = countRows(rows);
+  const label = (name: Filter): string => `${texts.fleet.filters[name]} ${counts[name]}`;
   return (
-    <Panel title={texts.fleet.panel} testId="vehicles" class="fleet">
-      {vehicles.length === 0 ? (
-        <p class="empty">{texts.fleet.none}</p>
-      ) : (
-        <div class="scroll" tabIndex={0} role="region" aria-label={texts.fleet.panel}>
-          <table>
-            <thead>
-              <tr>
-                {Object.entries(texts.fleet.columns).map(([key, name]) => (
-                  <th key={key} scope="col" class={`col-${key}`}>
-                    {key === "select" ? <span class="visually-hidden">{name}</span> : name}
-                  </th>
-                ))}
-              </tr>
-            </thead>
-            <tbody>{rows}</tbody>
-          </table>
+    <Panel
+      title={texts.fleet.panel}
+      testId="vehicles"
+      class={`fleet is-${layout}`}
+      aside={
+        <div class="fleet-head">
+          <Choice
+            label={texts.fleet.filter}
+            testId="fleet-filter"
+            values={FILTERS}
+            chosen={filter}
+            labels={{
+              all: label("all"),
+              attention: label("attention"),
+              airborne: label("airborne"),
+              battery: label("battery"),
+            }}
+            onChoose={setFilter}
+          />
+          <button type="button" data-testid="fleet-view" onClick={() => setWindowOpen(true)}>
+            {texts.fleet.view}
+          </button>
         </div>
+      }
+    >
+      {shown.current.length === 0 ? (
+        <p class="empty">{vehicles.length === 0 ? texts.fleet.none : texts.fleet.nonePass}</p>
+      ) : (
+        <div
+          class="scroll"
+          tabIndex={0}
+          role="region"
+          aria-label={texts.fleet.panel}
+          onPointerEnter={() => setPointed(true)}
+          onPointerLeave={() => setPointed(false)}
+          onFocusCapture={() => setPointed(true)}
+          onBlurCapture={() => setPointed(false)}
+        >
+          {list}
+        </div>
+      )}
+      {isWindowOpen && (
+        <FleetWindow settings={settings} layout={layout} onChange={change} onClose={() => setWindowOpen(false)} />
       )}
     </Panel>
   );
-}
-
-interface RowProps {
-  vehicle: Vehicle;
-  snapshotAge_s: number;
-  isSelected: boolean;
-  onPick(id: number, isRange: boolean): void;
-}
-
-function Row({ vehicle, snapshotAge_s, isSelected, onPick }: RowProps) {
-  const { vehicle_id: id, position, battery_percent: battery, packet_loss_percent: loss } = vehicle;
-  const age_s = linkAge_s(vehicle, snapshotAge_s);
-  const stale = isStale(vehicle, snapshotAge_s);
-  const problem = vehicle.refusal ?? vehicle.text;
-  return (
-    <tr
-      class={`${isSelected ? "is-selected" : ""} ${stale ? "is-stale" : ""}`}
-      data-testid={`vehicle-${id}`}
-      data-stale={stale}
-      data-east={position?.east_m.toFixed(2)}
-      data-north={position?.north_m.toFixed(2)}
-      onClick={(event) => onPick(id, event.shiftKey)}
-    >
-      <td class="col-select">
-        <input
-          type="checkbox"
-          data-testid={`select-${id}`}
-          aria-label={texts.fleet.selectRow(id)}
-          checked={isSelected}
-          onClick={(event) => {
-            event.stopPropagation();
-            onPick(id, event.shiftKey);
-          }}
-        />
-      </td>
-      <th scope="row" class="col-id">
-        <i class="swatch" style={{ background: vehicleColour(id) }} />
-        {id}
-      </th>
-      <td title={vehicle.mode_name}>{vehicle.mode === "unknown" ? <NoData /> : texts.names.mode[vehicle.mode]}</td>
-      <td data-testid={`task-${id}`}>{texts.names.task[vehicle.task]}</td>
-      <td>{armedWord(vehicle)}</td>
-      <Quantity value={battery} unit="%" isBad={battery !== null && battery < LOW_BATTERY_PERCENT} />
-      <td>{gpsWords(vehicle)}</td>
-      <td
-        class={`number ${loss !== null && loss > HIGH_LOSS_PERCENT ? "is-bad" : ""}`}
-        title={texts.fleet.linkHint}
-        data-testid={`link-${id}`}
-      >
-        {age_s === null ? texts.fleet.neverHeard : linkWords(age_s, loss, vehicle.link?.round_trip_ms ?? null)}
-      </td>
-      <td class="number" title={allHeights(vehicle)} data-testid={`height-${id}`}>
-        {vehicle.height_above_home_m === null ? <NoData /> : heightWords(vehicle)}
-      </td>
-      <td class={`col-message ${problem ? "is-warning" : ""}`} title={problem}>
-        {problem}
-      </td>
-    </tr>
-  );
-}
-
-interface QuantityProps {
-  value: number | null;
-  unit: string;
-  isBad: boolean;
-}
-
-function Quantity({ value, unit, isBad }: QuantityProps) {
-  return <td class={`number ${isBad ? "is-bad" : ""}`}>{value === null ? <NoData /> : quantity(value, 0, unit)}</td>;
-}
-
-/** Dash with words for screen readers: never reported, which is not zero. */
-function NoData() {
-  return (
-    <span class="no-data" role="img" aria-label={texts.noData} title={texts.noData}>
-      {UNKNOWN}
-    </span>
-  );
-}
-
-function armedWord({ armed }: Vehicle) {
-  if (armed === null) return <NoData />;
-  return armed ? texts.fleet.armed : texts.fleet.disarmed;
-}
-
-function gpsWords({ gps_fix: fix, satellites }: Vehicle) {
-  if (fix === null) return <NoData />;
-  return satellites === null ? gpsFix(fix) : `${gpsFix(fix)} · ${satellites}`;
-}
-
-function linkWords(age_s: number, loss_percent: number | null, roundTrip_ms: number | null): string {
-  const known = [
-    age(age_s),
-    ...(loss_percent === null ? [] : [quantity(loss_percent, 0, "%")]),
-    ...(roundTrip_ms === null ? [] : [quantity(roundTrip_ms, 0, "ms")]),
-  ];
-  return known.join(" · ");
 }

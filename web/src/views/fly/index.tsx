@@ -22,6 +22,7 @@ import { toggle } from "../../state/selection";
 import { Controls } from "./controls";
 import { FleetPanel } from "./fleet";
 import "./fly.css";
+import { VehiclePanel } from "./vehicle_panel";
 
 export function FlyView() {
   const { state, changeSelection } = useShell();
@@ -52,6 +53,7 @@ export function FlyView() {
       </MapPanel>
       <div class="side">
         <Controls />
+        <VehiclePanel />
         <SearchedPanel mission={state.mission} />
         <TargetsPanel targets={state.mission?.targets ?? []} />
       </div>

@@ -1,7 +1,7 @@
 /** Data of the charts over time. Pure functions. */
 import type { Step } from "../../api/types";
 import { displayName, quantity } from "../../format";
-import type { LinkSample, Sample } from "../../state/samples";
+import type { Sample, VehicleSample } from "../../state/samples";
 import { texts } from "../../texts";
 
 export type Column = readonly (number | null)[];
@@ -151,7 +151,7 @@ export function linkChart(samples: readonly Sample[], figure: LinkFigure, vehicl
     series: vehicleIds.map((vehicleId) => ({
       label: String(vehicleId),
       colour: { vehicleId },
-      values: samples.map(({ links }) => links.get(vehicleId)?.[figure] ?? null),
+      values: samples.map(({ vehicles }) => vehicles.get(vehicleId)?.[figure] ?? null),
     })),
     left: { format: formats[figure], least: figure === "roundTrip_ms" ? 50 : 2 },
   };
@@ -159,7 +159,7 @@ export function linkChart(samples: readonly Sample[], figure: LinkFigure, vehicl
 
 /** Vehicles to show: the selected ones, otherwise those with the worst values now; ascending. */
 export function linksToShow(
-  links: ReadonlyMap<number, LinkSample>,
+  links: ReadonlyMap<number, Pick<VehicleSample, LinkFigure>>,
   figure: LinkFigure,
   selected: ReadonlySet<number>,
 ): number[] {

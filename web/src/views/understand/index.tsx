@@ -24,7 +24,7 @@ export function UnderstandView() {
   const [figure, setFigure] = useState<LinkFigure>("loss_percent");
   const { steps, samples, mission } = state;
   const charts = useMemo(() => {
-    const links = samples.at(-1)?.links ?? new Map();
+    const links = samples.at(-1)?.vehicles ?? new Map();
     const shown = linksToShow(links, figure, selection.ids);
     return [...stepCharts(steps), coverageChart(samples), linkChart(samples, figure, shown)];
   }, [steps, samples, figure, selection.ids]);
