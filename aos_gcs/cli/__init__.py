@@ -33,6 +33,7 @@ BUILT_IN: dict[str, str] = {
     "inspect": "aos_gcs.cli.inspect:inspect",
     "replay": "aos_gcs.cli.replay:replay",
     "report": "aos_gcs.cli.report:report",
+    "sharing": "aos_gcs.cli.sharing:sharing",
     "survey": "aos_gcs.cli.survey:survey",
     "lab": "aos_gcs.cli.lab.commands:lab",
 }

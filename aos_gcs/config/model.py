@@ -1,8 +1,8 @@
 """Sections and fields of the configuration file.
 
 The sections ``flight``, ``search``, ``deadlines``, ``detection``, ``uncertainty``, ``tracking``, ``imaging``,
-``autofocus``, ``registration``, ``forest``, ``terrain``, ``safety``, ``tak`` and ``webhook`` have the fields and
-defaults of the settings dataclasses; docs/configuration.md lists them all.
+``autofocus``, ``registration``, ``forest``, ``terrain``, ``safety``, ``tak``, ``webhook`` and ``caltopo`` have the
+fields and defaults of the settings dataclasses; docs/configuration.md lists them all.
 """
 
 from __future__ import annotations
@@ -139,6 +139,7 @@ class ServiceConfig(BaseModel):
     terrain: dict[str, Any] | None = None
     tak: dict[str, Any] | None = None
     webhook: dict[str, Any] | None = None
+    caltopo: dict[str, Any] | None = None
     safety: dict[str, Any] = {}
     api: ApiConfig = ApiConfig()
     record: RecordConfig = RecordConfig()

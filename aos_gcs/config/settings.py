@@ -37,7 +37,7 @@ from aos_gcs.planning.settings import (
     TerrainSettings,
 )
 from aos_gcs.planning.terrain import open_model
-from aos_gcs.sharing.settings import SharingSettings, TakSettings, WebhookSettings
+from aos_gcs.sharing.settings import CaltopoSettings, SharingSettings, TakSettings, WebhookSettings
 from aos_gcs.swarm.registry import make_strategy
 from aos_gcs.tracking.motion import MotionSettings
 from aos_gcs.tracking.tracker import TrackingSettings
@@ -109,6 +109,7 @@ def sharing_settings(config: ServiceConfig) -> SharingSettings:
     return SharingSettings(
         tak=None if config.tak is None else _build(TakSettings, "tak", config.tak),
         webhook=None if config.webhook is None else _build(WebhookSettings, "webhook", config.webhook),
+        caltopo=None if config.caltopo is None else _build(CaltopoSettings, "caltopo", config.caltopo),
     )
 
 

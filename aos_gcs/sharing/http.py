@@ -5,7 +5,8 @@ from __future__ import annotations
 import ssl
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final
+from email.utils import parsedate_to_datetime
+from typing import Final, Protocol
 
 import aiohttp
 
@@ -14,7 +15,8 @@ from aos_gcs.sharing.channel import ChannelError
 
 TIMEOUT_S: Final = 10.0
 """Longest time for a request with its answer."""
-_MAX_ANSWER_BYTES: Final = 65_536
+MAX_ANSWER_BYTES: Final = 16 * 2**20
+"""Largest answer, such as all objects of a map."""
 _REFUSALS: Final = frozenset({401, 403, 404, 405, 410})
 
 
@@ -26,6 +28,7 @@ class Request:
     url: str
     body: bytes | None = None
     headers: Mapping[str, str] | None = None
+    timeout_s: float = TIMEOUT_S
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +37,8 @@ class Answer:
 
     status: int
     body: bytes
+    date_utc_s: float | None = None
+    """Time by the clock of the service, where it tells."""
 
     @property
     def is_success(self) -> bool:
@@ -69,6 +74,18 @@ def https_context(field: str, ca_file: str | None) -> ssl.SSLContext:
         raise ConfigurationError(f"{field}: {ca_file} is not a PEM file of certificates.") from error
 
 
+class Requests(Protocol):
+    """Makes requests."""
+
+    async def request(self, request: Request) -> Answer:
+        """Make a request; see :class:`Client`."""
+        ...
+
+    async def close(self) -> None:
+        """Close the connections."""
+        ...
+
+
 class Client:
     """Makes requests, one connection at a time, and follows nobody elsewhere.
 
@@ -87,8 +104,7 @@ class Client:
             ChannelError: there is no answer.
         """
         if self._session is None:
-            timeout = aiohttp.ClientTimeout(total=TIMEOUT_S)
-            self._session = aiohttp.ClientSession(timeout=timeout, cookie_jar=aiohttp.DummyCookieJar())
+            self._session = aiohttp.ClientSession(cookie_jar=aiohttp.DummyCookieJar())
         try:
             async with self._session.request(
                 request.method,
@@ -97,10 +113,12 @@ class Client:
                 headers=request.headers,
                 allow_redirects=False,
                 ssl=self._context,
+                timeout=aiohttp.ClientTimeout(total=request.timeout_s),
             ) as answer:
-                return Answer(answer.status, await answer.content.read(_MAX_ANSWER_BYTES))
+                return Answer(answer.status, await _read(answer), _date(answer.headers.get("Date", "")))
         except TimeoutError:
-            raise ChannelError(f"No answer within {TIMEOUT_S:.0f} s; check the address and the network.") from None
+            text = f"No answer within {request.timeout_s:.0f} s; check the address and the network."
+            raise ChannelError(text) from None
         except aiohttp.ClientConnectorCertificateError as error:
             text = f"The service's certificate cannot be verified ({error.certificate_error})."
             raise ChannelError(text, is_refused=True) from None
@@ -114,3 +132,24 @@ class Client:
         """Close the connections."""
         if self._session is not None:
             await self._session.close()
+
+
+def _date(text: str) -> float | None:
+    try:
+        return parsedate_to_datetime(text).timestamp()
+    except ValueError:
+        return None
+
+
+async def _read(answer: aiohttp.ClientResponse) -> bytes:
+    """Return the body of an answer.
+
+    Raises:
+        ChannelError: it is too large.
+    """
+    body = bytearray()
+    async for part in answer.content.iter_any():
+        body += part
+        if len(body) > MAX_ANSWER_BYTES:
+            raise ChannelError(f"The service's answer is larger than {MAX_ANSWER_BYTES // 2**20} MiB.")
+    return bytes(body)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import NoReturn, Protocol
 
 from aos_gcs.errors import AosError, ConfigurationError
@@ -11,17 +11,21 @@ from aos_gcs.mission.control import MissionView
 from aos_gcs.mission.model.events import EventData, JumpRecord, NoticeRecord
 from aos_gcs.mission.model.sharing import ChannelStatus
 from aos_gcs.mission.model.snapshot import MissionSnapshot
+from aos_gcs.sharing.caltopo.channel import MapChannel, PositionChannel
+from aos_gcs.sharing.caltopo.requests import Credential
 from aos_gcs.sharing.channel import Channel
 from aos_gcs.sharing.heights import undulations
 from aos_gcs.sharing.http import Client, https_context
 from aos_gcs.sharing.secrets import read_secret
-from aos_gcs.sharing.settings import SharingSettings, TakSettings, TakTransport
+from aos_gcs.sharing.settings import CaltopoSettings, SharingSettings, TakSettings, TakTransport
 from aos_gcs.sharing.state import SeenState
 from aos_gcs.sharing.tak.channel import TakChannel
 from aos_gcs.sharing.tak.connection import tls_context
 from aos_gcs.sharing.webhook.channel import WebhookChannel
 
 WEBHOOK_SECRET = "AOS_GCS_WEBHOOK_SECRET"  # noqa: S105 - the name of the variable
+CONNECT_KEY = "AOS_GCS_CALTOPO_CONNECT_KEY"
+CALTOPO_SECRET = "AOS_GCS_CALTOPO_SECRET"  # noqa: S105 - the name of the variable
 NEWS_S = 120.0
 """Age of a notice from which it is not passed on any more by a process that has just begun."""
 TELL_S = 1.0
@@ -66,7 +70,23 @@ def make_channels(
         secret = read_secret("webhook.secret_file", webhook.secret_file, WEBHOOK_SECRET, environment)
         client = Client(https_context("webhook.ca_file", webhook.ca_file))
         channels.append(WebhookChannel(webhook, secret, client, utc_s))
+    if settings.caltopo is not None:
+        channels += _caltopo(settings.caltopo, environment, now_s, utc_s)
     return tuple(channels)
+
+
+def _caltopo(
+    settings: CaltopoSettings, environment: Mapping[str, str], now_s: Callable[[], float], utc_s: Callable[[], float]
+) -> Iterator[Channel]:
+    context = https_context("caltopo.url", None)
+    if settings.positions:
+        key = read_secret("caltopo.connect_key_file", settings.connect_key_file, CONNECT_KEY, environment)
+        yield PositionChannel(settings, key, Client(context), now_s, utc_s)
+    if settings.map is not None and settings.credential_id is not None:
+        field = "caltopo.credential_secret_file"
+        secret = read_secret(field, settings.credential_secret_file, CALTOPO_SECRET, environment)
+        credential = Credential.from_text(settings.credential_id, secret)
+        yield MapChannel(settings, credential, Client(context), now_s, utc_s)
 
 
 def _tak(settings: TakSettings, now_s: Callable[[], float], utc_s: Callable[[], float]) -> Channel:

@@ -97,6 +97,36 @@ class WebhookSettings:
         _check_http(self.url)
 
 
+@dataclass(frozen=True, slots=True)
+class CaltopoSettings:
+    """CalTopo, by its service or by a server of the same interface."""
+
+    positions: bool = False
+    """Whether to report the positions of the vehicles, as ``name`` and id, by the connect key."""
+    connect_key_file: str | None = None
+    """File of the connect key; by default the variable AOS_GCS_CALTOPO_CONNECT_KEY."""
+    map: str | None = None
+    """Id of the map that gets findings, area, legs and tracks; None: no map does."""
+    credential_id: str | None = None
+    """Id of the service account's credential, for the map."""
+    credential_secret_file: str | None = None
+    """File of its secret; by default the variable AOS_GCS_CALTOPO_SECRET."""
+    name: str = "AOS"
+    """Letters and digits that begin the names of the vehicles; others for each station."""
+    url: str = "https://caltopo.com"
+
+    def __post_init__(self) -> None:
+        _check_http(self.url)
+        if not self.positions and self.map is None:
+            raise ConfigurationError("set positions = true, or map, or both; else leave the section out.")
+        if not re.fullmatch(r"[A-Za-z0-9]{1,12}", self.name):
+            raise ConfigurationError("name must have 1 to 12 letters and digits.")
+        if self.map is not None and not re.fullmatch(r"[A-Za-z0-9]{1,32}", self.map):
+            raise ConfigurationError("map must be the id in the map's address, such as ABC12.")
+        if self.map is not None and not self.credential_id:
+            raise ConfigurationError("map needs credential_id, that of a service account of the team.")
+
+
 def without_secrets(url: str) -> str:
     """Return scheme, host and port of a URL: its path, its query and its user may be secret."""
     parts = urlsplit(url)
@@ -119,14 +149,16 @@ class SharingSettings:
 
     tak: TakSettings | None = None
     webhook: WebhookSettings | None = None
+    caltopo: CaltopoSettings | None = None
 
     @classmethod
     def from_tables(cls, tables: Mapping[str, Mapping[str, Any] | None]) -> SharingSettings:
         """Return the settings of checked tables, one per system."""
-        tak, webhook = tables.get("tak"), tables.get("webhook")
+        tak, webhook, caltopo = (tables.get(name) for name in ("tak", "webhook", "caltopo"))
         return cls(
             tak=None if tak is None else TakSettings(**tak),
             webhook=None if webhook is None else WebhookSettings(**webhook),
+            caltopo=None if caltopo is None else CaltopoSettings(**caltopo),
         )
 
     @property

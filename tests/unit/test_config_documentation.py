@@ -31,7 +31,7 @@ from aos_gcs.planning.settings import (
     RegistrationSettings,
     SearchSettings,
 )
-from aos_gcs.sharing.settings import TakSettings, WebhookSettings
+from aos_gcs.sharing.settings import CaltopoSettings, TakSettings, WebhookSettings
 from aos_gcs.tracking.motion import MotionSettings
 from aos_gcs.tracking.tracker import TrackingSettings
 
@@ -52,6 +52,7 @@ SECTIONS = {
     "forest": ForestSettings,
     "tak": TakSettings,
     "webhook": WebhookSettings,
+    "caltopo": CaltopoSettings,
     "safety": SafetyLimits,
     "deadlines": Deadlines,
     "api": ApiConfig,

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
-from typing import NoReturn, Protocol
+from typing import NoReturn
 
 from aos_gcs.mission.model.events import NoticeRecord
 from aos_gcs.mission.model.sharing import ChannelStatus
 from aos_gcs.ports import Severity
 from aos_gcs.sharing.channel import ChannelError, StatusBoard
-from aos_gcs.sharing.http import Answer, Request
+from aos_gcs.sharing.http import Request, Requests
 from aos_gcs.sharing.settings import WebhookSettings, without_secrets
 from aos_gcs.sharing.state import SeenState
 from aos_gcs.sharing.webhook.messages import (
@@ -28,18 +28,6 @@ _UNUSABLE = frozenset({400, 409, 413, 415, 422})
 """Statuses by which a receiver refuses one message, not us: it is given up, and the next one follows."""
 _REMEDY = "check webhook.url and the secret"
 _ALERTS = frozenset({Severity.NEWS, Severity.WARNING, Severity.CRITICAL})
-
-
-class Requests(Protocol):
-    """Makes requests."""
-
-    async def request(self, request: Request) -> Answer:
-        """Make a request; see ``Client.request``."""
-        ...
-
-    async def close(self) -> None:
-        """Close the connections."""
-        ...
 
 
 class WebhookChannel:
