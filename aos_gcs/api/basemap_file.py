@@ -43,7 +43,7 @@ def check_basemap(file: Path) -> None:
     except OSError as error:
         raise ConfigurationError(f"api.basemap cannot be read: {file}: {error.strerror or error}.") from error
     if len(head) < _HEADER.size or not head.startswith(_MAGIC):
-        raise ConfigurationError(f"api.basemap: {file} is not a PMTiles archive; make one with pmtiles convert.")
+        raise ConfigurationError(f"api.basemap: {file} is not a PMTiles archive; make one with aos-gcs basemap.")
     _, version, *numbers = _HEADER.unpack(head)
     if version != _VERSION:
         raise ConfigurationError(

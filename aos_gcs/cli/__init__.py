@@ -29,6 +29,7 @@ BUILT_IN: dict[str, str] = {
     "extract": "aos_gcs.cli.extract:extract",
     "calibrate": "aos_gcs.cli.calibrate:calibrate",
     "terrain": "aos_gcs.cli.terrain:terrain",
+    "basemap": "aos_gcs.cli.basemap:basemap",
     "plan-aperture": "aos_gcs.cli.plan_aperture:plan_aperture",
     "inspect": "aos_gcs.cli.inspect:inspect",
     "replay": "aos_gcs.cli.replay:replay",

@@ -1,0 +1,1 @@
+"""Base maps of the dashboard, made of files that teams have."""

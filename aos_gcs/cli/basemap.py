@@ -1,0 +1,42 @@
+"""``aos-gcs basemap``: a base map for the dashboard of files that teams have."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from aos_gcs.cli.output import progress
+
+
+def basemap(
+    out: Annotated[
+        Path, typer.Argument(help="PMTiles file to write; an existing one is replaced.", show_default=False)
+    ],
+    files: Annotated[
+        list[Path],
+        typer.Argument(
+            help="Orthophotos and maps: GeoTIFF in any coordinate system, GeoPackage with rasters, KMZ with ground "
+            "overlays, of which later ones lie on top; or one MBTiles file.",
+            show_default=False,
+        ),
+    ],
+    *,
+    max_zoom: Annotated[
+        int | None,
+        typer.Option(
+            help="Finest zoom; every zoom less is a quarter of the size. By default that of the files.", min=1, max=22
+        ),
+    ] = None,
+) -> None:
+    """Make a base map that the dashboard shows without any network: name it as api.basemap in the configuration.
+
+    Pictures become tiles of all zooms (WebP); tiles of an MBTiles file, pictures or vectors, are copied as they are. An
+    interrupted run leaves nothing behind.
+    """
+    from aos_gcs.basemaps.making import make_basemap  # noqa: PLC0415 - heavy, only for this command
+
+    made = make_basemap(out, files, lambda total: progress("Making tiles", total), max_zoom)
+    zooms = "" if made.max_zoom is None else f", zooms {made.min_zoom} to {made.max_zoom}"
+    typer.echo(f"{out}: {made.tiles:,} tiles{zooms}, {made.size_bytes / 1e6:,.1f} MB")
