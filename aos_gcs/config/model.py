@@ -40,9 +40,9 @@ class MissionConfig(BaseModel):
 
     model_config = _STRICT
 
-    vehicles: Annotated[int, Field(ge=2, le=250)] | None = None
+    vehicles: Annotated[int, Field(ge=1, le=250)] | None = None
     """Number of vehicles that fly; by default that of ``vehicle_ids``."""
-    vehicle_ids: Annotated[list[Annotated[int, Field(ge=1, le=250)]], Field(min_length=2, max_length=250)] | None = None
+    vehicle_ids: Annotated[list[Annotated[int, Field(ge=1, le=250)]], Field(min_length=1, max_length=250)] | None = None
     """System ids of the vehicles that fly; others are never armed. Without them an operator chooses."""
     any_vehicles: bool = False
     """Fly with the lowest ids heard, without an operator's choice; for simulations only."""

@@ -167,8 +167,8 @@ def plan_aperture(
     _check_forest(altitude_m, canopy_height_m, crown_base_m, layer_spacing_m)
     needed = max(2, samples_for(occlusion, saturation))
     count = needed if drones is None else drones
-    if count < 2:
-        raise ConfigurationError(f"drones must be 2 or more, got {count}.")
+    if count < 1:
+        raise ConfigurationError(f"drones must be 1 or more, got {count}.")
     layers_m = tuple(altitude_m + layer_spacing_m * layer for layer in range(count))
     occluder_height_m = (crown_base_m + canopy_height_m) / 2.0
     spacing_m = smallest_spacing_m(layers_m[-1], occluder_height_m, occluder_size_m)

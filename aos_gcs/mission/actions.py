@@ -18,7 +18,6 @@ from aos_gcs.mission.model.phase import Phase, Suspension
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.phases import BEFORE_START, ENDING, ON_GROUND, check_action
 from aos_gcs.mission.resuming import check_resume
-from aos_gcs.planning.settings import MIN_SWARM
 from aos_gcs.ports import Hold, Land, ReturnToLaunch
 
 _HOLDS = "holds its position"
@@ -125,8 +124,8 @@ class ActionHandler:
 
     def _choose(self, vehicle_ids: tuple[int, ...], operator: str) -> tuple[ActionResult, ...]:
         """Have the mission fly with these vehicles and no others; connecting and preflight start anew."""
-        if len(members := self._context.roster.select(vehicle_ids)) < MIN_SWARM:
-            raise MissionError(f"A swarm needs at least {MIN_SWARM} vehicles; name them.")
+        if not (members := self._context.roster.select(vehicle_ids)):
+            raise MissionError("A mission needs at least one vehicle; name it.")
         chosen = tuple(sorted(member.vehicle_id for member in members))
         settings = self._flow.sortie.context.settings
         self._flow.follow_plan(replace(settings, vehicles=len(chosen), vehicle_ids=chosen))
@@ -151,7 +150,7 @@ class ActionHandler:
         if self._flow.suspension is Suspension.NONE and not held:
             raise MissionError("Cannot resume: nothing is paused or held.")
         if self._flow.suspension is not Suspension.NONE and self._flow.heading not in {Phase.ARM, *ENDING}:
-            check_resume(roster)
+            check_resume(roster, self._flow.sortie.context.settings.fewest_vehicles)
         self._announce(operator, "resume")
         self._flow.resume()
         resume = _unless_taken_over(self._resume_one)

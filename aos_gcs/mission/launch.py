@@ -32,7 +32,6 @@ from aos_gcs.mission.preflight.telemetry import check_all, check_area, check_lay
 from aos_gcs.mission.preflight.terrain import check_take_off_altitudes, survey_terrain
 from aos_gcs.planning.descents import meetings, passes, staggered
 from aos_gcs.planning.proposal import altitude_layers, propose_limits
-from aos_gcs.planning.settings import MIN_SWARM
 from aos_gcs.planning.terrain_return import ReturnClearance
 from aos_gcs.ports import Arm, Disarm, Severity, Takeoff
 
@@ -139,9 +138,10 @@ class Launch:
             if member.task is Task.IDLE and refusals.get(member.vehicle_id) is None:
                 context.roster.assign(member, Task.SWARM)
         swarm = context.roster.members(Task.SWARM)
-        if len(swarm) < MIN_SWARM:
+        fewest = context.settings.fewest_vehicles
+        if len(swarm) < fewest:
             await context.flight.command_each(swarm, lambda _: Disarm())
-            raise MissionFailedError(f"Only {len(swarm)} vehicles armed; a swarm needs at least {MIN_SWARM}.")
+            raise MissionFailedError(f"Only {len(swarm)} vehicles armed; the mission needs at least {fewest}.")
         return Phase.TAKEOFF
 
     def _cleared(self, members: list[Member]) -> list[Member]:

@@ -6,11 +6,14 @@ from aos_gcs.errors import MissionError
 from aos_gcs.mission.fleet.roster import Member, Roster
 from aos_gcs.mission.model.actions import Refusal
 from aos_gcs.mission.model.vehicles import Task
-from aos_gcs.planning.settings import MIN_SWARM
 
 
-def check_resume(roster: Roster) -> None:
+def check_resume(roster: Roster, fewest: int) -> None:
     """Check that a suspended search has a swarm to go on with: without one it would end, and land all.
+
+    Args:
+        roster: vehicles of the mission.
+        fewest: smallest number of vehicles that it goes on with.
 
     Raises:
         MissionError: too few vehicles can be resumed now, and those that come back can be later; or the heights of
@@ -24,11 +27,11 @@ def check_resume(roster: Roster) -> None:
     members = roster.members(Task.SWARM, Task.HELD, Task.LOST)
     unable = {member.vehicle_id: refusal for member in members if (refusal := _refusal(member)) is not None}
     able = len(members) - len(unable)
-    if able >= MIN_SWARM:
+    if able >= fewest:
         return
     reasons = "; ".join(f"vehicle {vehicle_id}: {refusal.text}" for vehicle_id, refusal in unable.items())
     raise MissionError(
-        f"Cannot resume: a swarm needs {MIN_SWARM} vehicles that follow the station, and has {able}"
+        f"Cannot resume: the search needs {fewest} vehicles that follow the station, and has {able}"
         f"{reasons and f' ({reasons})'}. Return or land the vehicles, or resume when enough of them follow again."
     )
 

@@ -10,6 +10,7 @@ from aos_gcs.imaging.aperture import AperturePlan, plan_aperture
 from aos_gcs.planning.aperture import SATURATION
 from aos_gcs.planning.estimate import estimate_flights, planned_leg_count, planned_legs
 from aos_gcs.planning.plan import MissionPlan
+from aos_gcs.planning.settings import SearchMode
 from aos_gcs.swarm.registry import make_strategy
 
 MIN_LAYERS_WITHOUT_RTK_M: Final = 3.0
@@ -41,7 +42,7 @@ def propose(plan: MissionPlan, plane_height_m: float) -> tuple[Proposal, ...]:
     Raises:
         ConfigurationError: the plan cannot be flown.
     """
-    found = [_heading(plan, plane_height_m), *_aperture(plan, plane_height_m), _layers(plan)]
+    found = [_heading(plan, plane_height_m), *_aperture(plan, plane_height_m), _layers(plan), _search_speed(plan)]
     return tuple(proposal for proposal in found if proposal is not None)
 
 
@@ -98,6 +99,20 @@ def _aperture(plan: MissionPlan, plane_height_m: float) -> list[Proposal]:
     if plan.vehicles < aperture.drones:
         proposals.append(Proposal("vehicles", aperture.drones, number_reason))
     return proposals
+
+
+def _search_speed(plan: MissionPlan) -> Proposal | None:
+    """Propose a speed at which a camera's exposures lie as close along the leg as the vehicles do across it."""
+    if plan.search_mode is not SearchMode.CONTINUOUS:
+        return None
+    apart_m, spacing_m = plan.leg_speed_mps / plan.rate_hz, make_strategy(plan.strategy, plan.parameters).spacing_m
+    if apart_m <= (1.0 + _SPACING_TOLERANCE) * spacing_m:
+        return None
+    reason = (
+        f"Search speed: at {plan.leg_speed_mps:g} m/s and {plan.rate_hz:g} frames per second a camera's frames are "
+        f"{apart_m:.1f} m apart, more than the vehicles, {spacing_m:g} m: the ground is seen through fewer gaps."
+    )
+    return Proposal("search_speed_mps", spacing_m * plan.rate_hz, reason)
 
 
 def _layers(plan: MissionPlan) -> Proposal | None:

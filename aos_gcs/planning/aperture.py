@@ -33,7 +33,7 @@ class ApertureAdvice:
                 f"c4 of {self.spacing_m:g} m is below the smallest useful spacing of {plan.spacing_m:.1f} m: "
                 "neighbours share occluders; raise c4 or fly lower"
             )
-        if plan.drones < self.needed:
+        if 1 < plan.drones < self.needed:
             found.append(
                 f"{plan.drones} vehicles reach {plan.saturation:.0%} of the possible visibility of the integral: "
                 f"{self.needed} reach {SATURATION:.0%}"
@@ -49,6 +49,11 @@ class ApertureAdvice:
     def seen(self) -> str:
         """Share of the ground that is seen."""
         plan = self.plan
+        if plan.drones == 1:
+            return (
+                f"c4 {self.spacing_m:g} m (useful from {plan.spacing_m:.1f} m), one vehicle, which makes its aperture "
+                f"by moving: one image sees {plan.single_visibility:.0%} of the ground"
+            )
         return (
             f"c4 {self.spacing_m:g} m (useful from {plan.spacing_m:.1f} m), {plan.drones} vehicles: at most "
             f"{plan.seen_at_least_once:.0%} of the ground seen, one image {plan.single_visibility:.0%}"

@@ -209,8 +209,8 @@ def _is_within(inner: Polygon, outer: Polygon) -> bool:
 
 
 def _check_numbers(plan: MissionPlan, settings: MissionSettings) -> Iterator[PlanProblem]:
-    if not 2 <= plan.vehicles <= 250:
-        yield PlanProblem("vehicles", f"A swarm has 2 to 250 vehicles, not {plan.vehicles}.")
+    if not 1 <= plan.vehicles <= 250:
+        yield PlanProblem("vehicles", f"A mission has 1 to 250 vehicles, not {plan.vehicles}.")
     for field in _POSITIVE:
         value = getattr(plan, field)
         if not (math.isfinite(value) and value > 0.0):
@@ -328,6 +328,13 @@ def _check_legs(plan: MissionPlan, settings: MissionSettings) -> Iterator[PlanPr
 
 
 def _warn(plan: MissionPlan, estimate: PlanEstimate) -> Iterator[PlanProblem]:
+    if plan.vehicles == 1:
+        yield PlanProblem(
+            "vehicles",
+            "A single vehicle looks closer by visiting places around what it has seen, one after the other; the "
+            "strategy is for two and more.",
+            blocking=False,
+        )
     if plan.layer_spacing_m < MIN_LAYERS_WITHOUT_RTK_M:
         yield PlanProblem(
             "layer_spacing_m",

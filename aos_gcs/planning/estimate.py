@@ -18,14 +18,17 @@ from aos_gcs.airspace.raster import PlanRaster
 from aos_gcs.imaging.aperture import footprint_m
 from aos_gcs.planning.legs import ScanLeg, leg_count, scan_legs
 from aos_gcs.planning.plan import MissionPlan
+from aos_gcs.planning.settings import SearchMode
 from aos_gcs.swarm.line import line_axis, line_places
 from aos_gcs.swarm.model import Observation
-from aos_gcs.swarm.registry import make_strategy
+from aos_gcs.swarm.registry import make_strategy, strategy_for
 
 ACCELERATION_MPS2 = 2.5
 """Acceleration of multirotors that fly from waypoint to waypoint."""
 STILL_S = 1.2
 """Time per step to settle, expose, transfer and decide."""
+_M2_PER_HECTARE = 1e4
+_S_PER_HOUR = 3600.0
 CLIMB_MPS = 2.5
 SINK_MPS = 1.0
 
@@ -60,6 +63,11 @@ class PlanEstimate:
     """Time from the first take-off to the last landing."""
     battery_fraction: float
     """Share of a full battery that the flight takes."""
+
+    @property
+    def hectares_per_hour(self) -> float:
+        """Part of the search area that is swept per time of the flight, from the first take-off to the last landing."""
+        return self.covered_fraction * self.area_m2 / _M2_PER_HECTARE / (self.flight_s / _S_PER_HOUR)
 
 
 def estimate_plan(plan: MissionPlan, plane_height_m: float) -> PlanEstimate:
@@ -111,17 +119,23 @@ def planned_leg_count(plan: MissionPlan, plane_height_m: float, heading_rad: flo
 
 def estimate_flights(plan: MissionPlan, patterns: Sequence[Sequence[ScanLeg]]) -> list[FlightEstimate]:
     """Estimate flights of a plan along the legs of one or another heading."""
+    if plan.search_mode is SearchMode.CONTINUOUS:
+        return [_estimate_flight(plan, legs, _sweeps_s(plan, legs)) for legs in patterns]
     step_m = scan_step_m(plan)
     scan_mps = step_m / (move_s(step_m, plan.cruise_speed_mps) + STILL_S)
-    return [_estimate_flight(plan, legs, scan_mps) for legs in patterns]
+    return [_estimate_flight(plan, legs, sum(leg.length_m for leg in legs) / scan_mps) for legs in patterns]
 
 
-def _estimate_flight(plan: MissionPlan, legs: Sequence[ScanLeg], scan_mps: float) -> FlightEstimate:
+def _sweeps_s(plan: MissionPlan, legs: Sequence[ScanLeg]) -> float:
+    """Return the time on legs that are flown without stops: each begins with a step at rest, as it ends."""
+    return sum(move_s(leg.length_m, plan.leg_speed_mps) + STILL_S for leg in legs)
+
+
+def _estimate_flight(plan: MissionPlan, legs: Sequence[ScanLeg], scan_s: float) -> FlightEstimate:
     start_enu_m = launch_place(plan)
     landing_enu_m = start_enu_m if plan.return_enu_m is None else plan.return_enu_m
     transfers_m = _transfers_m(legs, start_enu_m, landing_enu_m)
     scanned_m = sum(leg.length_m for leg in legs)
-    scan_s = scanned_m / scan_mps
     transfer_s = sum(move_s(length_m, plan.cruise_speed_mps) for length_m in transfers_m)
     highest_m = plan.highest_layer_m
     duration_s = scan_s + transfer_s + highest_m / CLIMB_MPS + highest_m / SINK_MPS
@@ -135,7 +149,7 @@ def launch_place(plan: MissionPlan) -> tuple[float, float]:
 
 def scan_step_m(plan: MissionPlan) -> float:
     """Return how far the strategy moves its line per step while nothing is in view, by asking it."""
-    strategy = make_strategy(plan.strategy, plan.parameters)
+    strategy = strategy_for(plan.vehicles, plan.strategy, plan.parameters)
     north = np.array([0.0, 1.0])
     places_m = line_places(np.zeros(2), north, plan.vehicles, strategy.spacing_m)
     nothing = Observation(

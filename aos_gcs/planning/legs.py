@@ -58,7 +58,7 @@ def scan_legs(
         area_enu_m: simple polygon, shape (m, 2), metres.
         start_enu_m: place that the swarm comes from, shape (2,), metres.
         direction_enu: axis of the legs, shape (2,); legs run in both directions along it.
-        n: number of vehicles, 2 or more.
+        n: number of vehicles.
         spacing_m: c4, metres.
         footprint_m: width on the ground that one camera sees, metres.
 
@@ -66,8 +66,8 @@ def scan_legs(
         ConfigurationError: the area is no simple polygon, or a number is out of its range.
     """
     vertices_m = as_polygon(area_enu_m, "area_enu_m")
-    if n < 2:
-        raise ConfigurationError(f"n must be 2 or more vehicles, but is {n}.")
+    if n < 1:
+        raise ConfigurationError(f"n must be 1 or more vehicles, but is {n}.")
     _require_positive("spacing_m", spacing_m)
     _require_positive("footprint_m", footprint_m)
     try:

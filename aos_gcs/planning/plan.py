@@ -79,6 +79,11 @@ class MissionPlan:
         return {**self.strategy_parameters, SPACING_PARAMETER: self.spacing_m}
 
     @property
+    def leg_speed_mps(self) -> float:
+        """Speed at which legs are flown without stops."""
+        return min(self.search_speed_mps, self.cruise_speed_mps)
+
+    @property
     def highest_layer_m(self) -> float:
         """Height of the highest altitude layer."""
         return self.lowest_layer_m + (self.vehicles - 1) * self.layer_spacing_m

@@ -20,7 +20,7 @@ from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.tracking.tracker import TrackingSettings
 
 MIN_SWARM = 2
-"""Smallest number of vehicles of a mission."""
+"""Number of vehicles below which a swarm does not go on; a mission of one vehicle is no swarm."""
 
 
 class _Positive:
@@ -273,6 +273,11 @@ class MissionSettings:
     """Start as soon as preflight has passed, without an operator."""
     auto_return: bool = False
     """Return after ``hold_steps`` in FOUND, without an operator, where the search stops at the first person."""
+
+    @property
+    def fewest_vehicles(self) -> int:
+        """Number of vehicles below which the search does not go on."""
+        return min(MIN_SWARM, self.vehicles)
 
     @property
     def focus_follows_ground(self) -> bool:

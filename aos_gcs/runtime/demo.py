@@ -74,8 +74,8 @@ class DemoOptions:
     """Leave start and return to the operator."""
 
     def __post_init__(self) -> None:
-        if not 2 <= self.vehicles <= MAX_VEHICLES:
-            raise ConfigurationError(f"--vehicles must lie within 2 and {MAX_VEHICLES}, but is {self.vehicles}.")
+        if not 1 <= self.vehicles <= MAX_VEHICLES:
+            raise ConfigurationError(f"--vehicles must lie within 1 and {MAX_VEHICLES}, but is {self.vehicles}.")
         if not 0.0 < self.speed <= 100.0:
             raise ConfigurationError(f"--speed must be above 0 and at most 100, but is {self.speed:g}.")
         if self.follow_ground and self.terrain == LEVEL:

@@ -9,8 +9,9 @@ from typing import Any
 
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.swarm.declaration import Parameter, parameters_of
+from aos_gcs.swarm.lone import LoneLook
 from aos_gcs.swarm.model import Strategy
-from aos_gcs.swarm.parameters import StrategyParameters
+from aos_gcs.swarm.parameters import LineParameters, StrategyParameters
 
 GROUP = "aos_gcs.strategies"
 
@@ -36,6 +37,20 @@ def make_strategy(name: str, parameters: Mapping[str, object]) -> Strategy[Any]:
         raise ConfigurationError(f"The strategy {name!r} cannot be loaded ({error}); install its package.") from error
     strategy: Strategy[Any] = make(parameters)
     return strategy
+
+
+def strategy_for(vehicles: int, name: str, parameters: Mapping[str, object]) -> Strategy[Any]:
+    """Return the strategy of that name for a number of vehicles; a single one has a close look of its own.
+
+    Raises:
+        ConfigurationError: as for :func:`make_strategy`.
+    """
+    strategy = make_strategy(name, parameters)
+    if vehicles > 1:
+        return strategy
+    own = getattr(strategy, "parameters", None)
+    step_m = own.c3_m if isinstance(own, LineParameters) else LineParameters().c3_m
+    return LoneLook(name, strategy.spacing_m, step_m)
 
 
 def declared_parameters(name: str) -> tuple[Parameter, ...]:

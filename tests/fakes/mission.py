@@ -160,7 +160,7 @@ class ScriptedMission:
             self._act_on_mission(action)
         if action is Action.CHOOSE:
             if vehicle_ids is None:
-                raise MissionError("A swarm needs at least 2 vehicles; name them.")
+                raise MissionError("A mission needs at least one vehicle; name it.")
             self._chosen = frozenset(vehicle_ids)
             return tuple(ActionResult(number, accepted=True, text="flies the mission") for number in vehicle_ids)
         results = tuple(

@@ -30,9 +30,9 @@ LONG_AREA = ((-12.0, 10.0), (12.0, 10.0), (12.0, 90.0), (-12.0, 90.0))
 GOES_ON = DetectionSettings(threshold_m2=0.3, found_min_count=2, look_steps=6)
 
 
-def sweep_flight(target: tuple[float, float] | None = None, **changes: object) -> Flight:
+def sweep_flight(target: tuple[float, float] | None = None, n: int = 4, **changes: object) -> Flight:
     changes = {"area_enu_m": LONG_AREA, "camera_delay_s": CAMERA_S, "errors": EXACT} | changes
-    return prepare(4, target, search=SearchSettings(SearchMode.CONTINUOUS), **changes)
+    return prepare(n, target, search=SearchSettings(SearchMode.CONTINUOUS), **changes)
 
 
 def swept(flight: Flight) -> list[StepRecord]:
@@ -219,6 +219,21 @@ async def test_before_a_zone_the_line_stops_for_each_frame_and_behind_it_sweeps_
     assert at_zone > 3
     assert "sweep" in branches[at_zone:]
     assert sum("is blocked" in text for text in flight.texts()) == 1
+
+
+@virtual
+async def test_a_single_vehicle_makes_its_aperture_by_moving() -> None:
+    flight = sweep_flight((3.0, 50.0), n=1, detection=GOES_ON)
+    async with flying(flight) as run:
+        assert await run is Outcome.FOUND
+    (text,) = (text for text in flight.texts() if text.startswith("Possible person"))
+    assert "seen in 3 of 3 frames" in text
+    person = next(finding for finding in flight.view.snapshot().findings if finding.is_claimed)
+    assert person.position_enu_m[:2] == pytest.approx((3.0, 50.0), abs=1.0)
+    looks = [step for step in flight.view.steps() if step.branch == "lone look"]
+    places = {step.waypoints[0].sent_enu_m for step in looks if step.waypoints}
+    assert len(places) == len(looks) >= 4
+    assert flight.view.snapshot().covered_fraction == 1.0
 
 
 def test_a_continuous_search_is_computed_again_and_identical(

@@ -81,9 +81,8 @@ def refusal_of_file(tmp_path: Path, free_port: int, refusal):
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        (("--vehicles", "0"), "--vehicles must lie within 2 and 100, but is 0"),
-        (("--vehicles", "1"), "--vehicles must lie within 2 and 100, but is 1"),
-        (("--vehicles", "101"), "--vehicles must lie within 2 and 100, but is 101"),
+        (("--vehicles", "0"), "--vehicles must lie within 1 and 100, but is 0"),
+        (("--vehicles", "101"), "--vehicles must lie within 1 and 100, but is 101"),
         (("--strategy", "hope"), "no strategy 'hope'; choose one of aos-apso"),
         (("--speed", "0"), "--speed must be above 0"),
         (("--speed", "nan"), "--speed must be above 0"),

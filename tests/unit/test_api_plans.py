@@ -94,7 +94,7 @@ async def test_the_engine_proposes_in_the_units_of_the_request(client: httpx.Asy
 @pytest.mark.parametrize(
     ("changes", "place"),
     [
-        ({"vehicles": 1}, "vehicles"),
+        ({"vehicles": 0}, "vehicles"),
         ({"area": [{"latitude_deg": 91.0, "longitude_deg": 0.0}]}, "area.0.latitude_deg"),
         ({"area": [[48.0, 14.0]]}, "area.0"),
         ({"scan_heading_deg": 400}, "scan_heading_deg"),

@@ -177,7 +177,7 @@ def test_contradictions_are_found_before_anything_is_opened(sections: dict[str, 
 
 def test_several_problems_are_counted() -> None:
     with pytest.raises(ConfigurationError, match=r"\(and 1 more\)"):
-        parse_config({"link": {"urls": ["udpin://0.0.0.0:1"]}, "mission": {"vehicles": 1, "seed": -1}})
+        parse_config({"link": {"urls": ["udpin://0.0.0.0:1"]}, "mission": {"vehicles": 0, "seed": -1}})
 
 
 def test_learning_and_advice_are_off_unless_they_are_asked_for() -> None:

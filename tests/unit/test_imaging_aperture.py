@@ -150,7 +150,7 @@ def test_cameras_beyond_the_footprint_do_not_count() -> None:
         ("occlusion", 1.1, "occlusion"),
         ("saturation", 1.0, "saturation"),
         ("layer_spacing_m", -1.0, "layer_spacing_m"),
-        ("drones", 1, "drones"),
+        ("drones", 0, "drones"),
         ("fov_rad", math.pi, "field of view"),
     ],
 )

@@ -1,5 +1,6 @@
 """Warm pixels of frames, and the bodies that they belong to."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -176,3 +177,15 @@ def test_a_view_on_another_plane_is_that_of_a_look_at_it() -> None:
     np.testing.assert_array_equal(moved.contrast_k, looked.contrast_k)
     assert moved.area_m2 == pytest.approx(looked.area_m2)
     assert len(warm_view(frame, 0.0).on_plane(0.0, HEIGHT_M).points_enu_m) == 0
+
+
+def test_places_of_a_single_vehicle_count_as_vehicles_where_they_are_apart() -> None:
+    at_m = [0.0, 1.0, 3.0, 6.0]
+    own = [dataclasses.replace(view_at(1, [(0.0, 0.0)]), pose=nadir_pose([east_m, 0.0, HEIGHT_M])) for east_m in at_m]
+    # One metre farther on, it sees through the same gaps.
+    assert gather_evidence(own, own).vehicles == 3
+    assert gather_evidence(own[:1], own).vehicles == 1
+    # In a swarm, vehicles count.
+    swarm = [*own, view_at(2, [(9.0, 9.0)])]
+    assert gather_evidence(own, swarm).vehicles == 1
+    assert gather_evidence(swarm, swarm).vehicles == 2

@@ -63,7 +63,7 @@ def test_studies_of_nothing_are_refused(with_person: int, without_person: int, s
         mission_keys([300.0], ["cool"], ["rtk"], seed, with_person=with_person, without_person=without_person)
 
 
-@pytest.mark.parametrize("values", [{"vehicles": 1}, {"side_m": 5.0}, {"image_size_px": 8}])
+@pytest.mark.parametrize("values", [{"vehicles": 0}, {"side_m": 5.0}, {"image_size_px": 8}])
 def test_settings_out_of_range_name_the_field(values: dict[str, float]) -> None:
     with pytest.raises(ConfigurationError, match=next(iter(values))):
         MissionsSettings(**values)

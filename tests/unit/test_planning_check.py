@@ -15,10 +15,10 @@ from aos_gcs.planning.advice import propose
 from aos_gcs.planning.check import check_plan
 from aos_gcs.planning.estimate import estimate_plan, scan_step_m
 from aos_gcs.planning.plan import MissionPlan, apply_plan, plan_of
-from aos_gcs.planning.settings import ForestSettings, MissionSettings
+from aos_gcs.planning.settings import ForestSettings, MissionSettings, SearchMode
 
 SQUARE = ((-50.0, 0.0), (50.0, 0.0), (50.0, 100.0), (-50.0, 100.0))
-PLAN = MissionPlan(vehicles=5, area_enu_m=SQUARE, layer_spacing_m=3.0)
+PLAN = MissionPlan(vehicles=5, area_enu_m=SQUARE, layer_spacing_m=3.0, search_mode=SearchMode.STOPS)
 SETTINGS = MissionSettings(vehicles=5, area_enu_m=SQUARE, imaging=ImagingSettings())
 FOREST = ForestSettings(canopy_height_m=25.0, crown_base_m=5.0)
 WIDE = ((-70.0, -20.0), (70.0, -20.0), (70.0, 120.0), (-70.0, 120.0))
@@ -59,7 +59,7 @@ def test_a_good_plan_has_no_problem() -> None:
         ({"fence_margin_m": 5.0, "fence_enu_m": WIDE, "launch_enu_m": (0.0, -16.0)}, "launch_enu_m", "4.0 m from"),
         ({**WALLED, "launch_enu_m": (0.0, -15.0)}, "launch_enu_m", "cut off"),
         ({**WALLED, "return_enu_m": (0.0, -15.0)}, "return_enu_m", "cut off"),
-        ({"vehicles": 1}, "vehicles", "2 to 250"),
+        ({"vehicles": 0}, "vehicles", "1 to 250"),
         ({"layer_spacing_m": 1.0}, "layer_spacing_m", "too close"),
         ({"layer_spacing_m": math.nan}, "layer_spacing_m", "above 0"),
         ({"layer_spacing_m": 1e300}, "layer_spacing_m", "100 or less"),
@@ -117,13 +117,19 @@ def test_a_wall_that_can_be_flown_around_bars_nothing() -> None:
 
 
 def test_all_problems_are_reported_at_once() -> None:
-    found = blocking(replace(PLAN, vehicles=1, strategy="magic", area_enu_m=()))
+    found = blocking(replace(PLAN, vehicles=0, strategy="magic", area_enu_m=()))
     assert {"vehicles", "strategy", "area_enu_m"} <= found.keys()
 
 
 def test_a_plan_beyond_the_battery_can_be_flown_but_is_warned_of() -> None:
     (warning,) = check_plan(replace(PLAN, endurance_s=300.0), SETTINGS)
     assert (warning.field, warning.blocking) == ("endurance_s", False)
+
+
+def test_a_single_vehicle_can_be_flown_and_it_is_said_how_it_looks_closer() -> None:
+    (advice,) = check_plan(replace(PLAN, vehicles=1, search_mode=SearchMode.CONTINUOUS), SETTINGS)
+    assert (advice.field, advice.blocking) == ("vehicles", False)
+    assert "visiting places around what it has seen" in advice.text
 
 
 def test_heights_that_need_a_permission_are_warned_of() -> None:
@@ -182,6 +188,29 @@ def test_the_estimate_adds_up() -> None:
     steps = 300.0 / scan_step_m(PLAN)
     assert estimate.scan_s / steps == pytest.approx(3.0, abs=0.2)  # as in recorded missions
     assert estimate.scan_s < estimate.flight_s == pytest.approx(1500.0 * estimate.battery_fraction)
+
+
+def test_without_stops_legs_take_as_long_as_their_flight() -> None:
+    swept = estimate_plan(replace(PLAN, search_mode=SearchMode.CONTINUOUS), 0.0)
+    # Three legs of 100 m at 5 m/s, each with 2 s to speed up and slow down, and a step at rest.
+    assert swept.scan_s == pytest.approx(3 * (20.0 + 2.0 + 1.2))
+    stops = estimate_plan(PLAN, 0.0)
+    assert stops.scan_s > 4.0 * swept.scan_s
+    assert swept.hectares_per_hour == pytest.approx(3600.0 * swept.area_m2 / 1e4 / swept.flight_s, rel=0.01)
+    slow = estimate_plan(replace(PLAN, search_mode=SearchMode.CONTINUOUS, cruise_speed_mps=2.5), 0.0)
+    assert slow.scan_s == pytest.approx(3 * (40.0 + 1.0 + 1.2))
+
+
+@pytest.mark.parametrize(
+    ("speed_mps", "rate_hz", "proposed_mps"), [(5.0, 2.0, None), (10.0, 2.0, 8.4), (5.0, 1.0, 4.2)]
+)
+def test_frames_that_are_farther_apart_than_the_vehicles_are_advised_against(
+    speed_mps: float, rate_hz: float, proposed_mps: float | None
+) -> None:
+    plan = replace(PLAN, search_mode=SearchMode.CONTINUOUS, search_speed_mps=speed_mps, rate_hz=rate_hz)
+    found = {one.field: one.value for one in propose(plan, 0.0)}
+    assert found.get("search_speed_mps") == (None if proposed_mps is None else pytest.approx(proposed_mps))
+    assert "search_speed_mps" not in {one.field for one in propose(replace(plan, search_mode=SearchMode.STOPS), 0.0)}
 
 
 def test_no_go_zones_are_not_covered() -> None:

@@ -143,7 +143,7 @@ def test_areas_that_are_no_polygon_are_refused(area: list[tuple[float, ...]]) ->
 
 @pytest.mark.parametrize(
     ("change", "text"),
-    [({"n": 1}, "n must"), ({"spacing_m": 0.0}, "spacing_m"), ({"footprint_m": math.nan}, "footprint_m")],
+    [({"n": 0}, "n must"), ({"spacing_m": 0.0}, "spacing_m"), ({"footprint_m": math.nan}, "footprint_m")],
 )
 def test_numbers_out_of_range_are_refused(change: dict[str, float], text: str) -> None:
     values = {"n": 10, "spacing_m": 4.0, "footprint_m": 14.0}

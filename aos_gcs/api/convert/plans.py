@@ -222,6 +222,7 @@ def _estimate(estimate: PlanEstimate, origin: GeodeticPosition) -> wire.PlanEsti
         covered_percent=100.0 * estimate.covered_fraction,
         path_m=estimate.path_m,
         scan_s=estimate.scan_s,
+        hectares_per_hour=estimate.hectares_per_hour,
         flight_s=estimate.flight_s,
         battery_percent=100.0 * estimate.battery_fraction,
     )

@@ -44,7 +44,7 @@ class ForestModel(_FiniteModel):
 class PlanModel(_FiniteModel):
     """Search area, no-go zones, launch point, heights and strategy. Fields that are left out take their defaults."""
 
-    vehicles: Annotated[int, Field(ge=2, le=250)]
+    vehicles: Annotated[int, Field(ge=1, le=250)]
     area: PolygonModel = Field(default=[])
     no_go: Annotated[list[PolygonModel], Field(max_length=500)] = Field(default=[])
     launch: PlaceModel | None = Field(default=None, description="Known from the vehicles once they are heard.")
@@ -137,6 +137,7 @@ class PlanEstimateModel(WireModel):
     covered_percent: float = Field(description="Share of the whole area.")
     path_m: float
     scan_s: float
+    hectares_per_hour: float = Field(description="Part of the search area that is swept per time of the whole flight.")
     flight_s: float = Field(description="From the first take-off to the last landing.")
     battery_percent: float = Field(description="Share of a full battery.")
 

@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 from aos_gcs.geometry.projection import project_points
 from aos_gcs.imaging.persons.warm_bodies import WarmView
 
+APART_M = 2.0
+"""Distance between two places of one camera from which they count as those of two: a projected twig wide or more."""
+
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
@@ -19,7 +22,7 @@ class Evidence:
     views: int
     """Frames that show it."""
     vehicles: int
-    """Vehicles that took them."""
+    """Vehicles that took them; those of a single vehicle count by place, see :func:`vantage_points`."""
     area_m2: float
     """Largest area that one frame shows of it, on the focal plane; a lower bound of its size."""
     extent_m: float
@@ -56,20 +59,40 @@ def gather_evidence(body: Sequence[WarmView], among: Sequence[WarmView] = (), pl
     looking = looking_at(middle_enu_m, among, plane_height_m)
     return Evidence(
         views=len(body),
-        vehicles=len({view.vehicle_id for view in body}),
+        vehicles=vantage_points(body, among),
         area_m2=max(view.area_m2 for view in body),
         extent_m=max(float(np.ptp(view.points_enu_m, axis=0).max()) for view in body),
         contrast_median_k=float(median_k),
         contrast_peak_k=float(peak_k),
         frames=len(looking),
-        swarm=len({view.vehicle_id for view in looking}),
+        swarm=vantage_points(looking, among),
     )
+
+
+def vantage_points(views: Sequence[WarmView], among: Sequence[WarmView]) -> int:
+    """Return how many vehicles took some views.
+
+    Where a single vehicle took all there are, its places stand for vehicles, as far as they are ``APART_M`` apart: they
+    see the ground through other gaps, and a defect of the camera moves with it.
+
+    Args:
+        views: the views that are counted.
+        among: all views of the same steps.
+    """
+    if len({view.vehicle_id for view in among}) != 1:
+        return len({view.vehicle_id for view in views})
+    places_enu_m: list[NDArray[np.float64]] = []
+    for view in views:
+        place_enu_m = view.pose.position_enu_m
+        if all(np.linalg.norm(place_enu_m - other_enu_m) >= APART_M for other_enu_m in places_enu_m):
+            places_enu_m.append(place_enu_m)
+    return len(places_enu_m)
 
 
 def nothing_warm(place_enu_m: NDArray[np.float64], among: Sequence[WarmView], plane_height_m: float) -> Evidence:
     """Return the evidence of a place, shape (2,), at which no frame shows anything warm."""
     looking = looking_at(place_enu_m, among, plane_height_m)
-    return Evidence(0, 0, 0.0, 0.0, 0.0, 0.0, frames=len(looking), swarm=len({view.vehicle_id for view in looking}))
+    return Evidence(0, 0, 0.0, 0.0, 0.0, 0.0, frames=len(looking), swarm=vantage_points(looking, among))
 
 
 def looking_at(

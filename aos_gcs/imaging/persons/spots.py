@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.imaging.detection.local_rx import BACKGROUND_PX, local_rx_scores
 from aos_gcs.imaging.model import Frame
-from aos_gcs.imaging.persons.evidence import Evidence, looking_at
+from aos_gcs.imaging.persons.evidence import Evidence, looking_at, vantage_points
 from aos_gcs.imaging.persons.warm_bodies import WarmView, view_above
 
 MIN_CONTRAST = 4.0
@@ -82,13 +82,13 @@ def spot_at(
     looking = looking_at(place_enu_m, views, plane_height_m)
     return Evidence(
         views=len(spot),
-        vehicles=len({view.vehicle_id for view in spot}),
+        vehicles=vantage_points(spot, views),
         area_m2=max((view.area_m2 for view in spot), default=0.0),
         extent_m=max((float(np.ptp(view.points_enu_m, axis=0).max()) for view in spot), default=0.0),
         contrast_median_k=float(median) if spot else math.nan,
         contrast_peak_k=float(peak) if spot else math.nan,
         frames=len(looking),
-        swarm=len({view.vehicle_id for view in looking}),
+        swarm=vantage_points(looking, views),
         radiometric=False,
         concentration=inside / expected,
     ), spot

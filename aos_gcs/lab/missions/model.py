@@ -48,7 +48,7 @@ class MissionsSettings:
     def __post_init__(self) -> None:
         if self.follow_ground and self.terrain == LEVEL_GROUND:
             raise ConfigurationError("--follow-ground needs a --terrain to follow.")
-        for name, low, high in (("vehicles", 2, 100), ("side_m", 20, 300), ("image_size_px", 64, 4096)):
+        for name, low, high in (("vehicles", 1, 100), ("side_m", 20, 300), ("image_size_px", 64, 4096)):
             if not low <= getattr(self, name) <= high:
                 raise ConfigurationError(f"{name} must lie within {low} and {high}, but is {getattr(self, name):g}.")
         self.spacing("")

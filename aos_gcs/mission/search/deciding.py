@@ -33,7 +33,7 @@ from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.ports import Severity
 from aos_gcs.swarm.model import Diagnostics, Strategy
-from aos_gcs.swarm.registry import make_strategy
+from aos_gcs.swarm.registry import strategy_for
 from aos_gcs.swarm.state import dump_rng
 
 
@@ -77,7 +77,7 @@ class Decider:
         self._forget = forget
         self._covered_fraction = covered_fraction
         self._rng = np.random.default_rng(settings.seed)
-        self._strategy: Strategy[Any] = make_strategy(settings.strategy, settings.strategy_parameters)
+        self._strategy: Strategy[Any] = strategy_for(settings.vehicles, settings.strategy, settings.strategy_parameters)
         self._state = self._strategy.init(np.array(settings.scan_direction_enu))
         self._steps_found = 0
         self._heading_rad = 0.0

@@ -21,7 +21,6 @@ from aos_gcs.mission.search.step_work import StepWork
 from aos_gcs.mission.search.sweeping import Sweeping
 from aos_gcs.mission.search.vision import Vision
 from aos_gcs.planning.legs import ScanLeg, leg_formation, scan_legs
-from aos_gcs.planning.settings import MIN_SWARM
 from aos_gcs.ports import Severity
 
 _POLL_S = 0.5
@@ -134,11 +133,12 @@ class Search:
         """Return the swarm; with too few left, wait for lost ones. When all are lost, the monitor ends the mission."""
         context = self._context
         deadline_s = context.clock.now_s() + context.settings.deadlines.all_lost_s
-        while len(swarm := context.roster.members(Task.SWARM)) < MIN_SWARM:
+        fewest = context.settings.fewest_vehicles
+        while len(swarm := context.roster.members(Task.SWARM)) < fewest:
             lost = context.roster.members(Task.LOST)
             if not lost or (swarm and context.clock.now_s() > deadline_s):
                 raise MissionFailedError(
-                    f"The swarm needs {MIN_SWARM} vehicles, but has {len(swarm)} left and {len(lost)} lost."
+                    f"The swarm needs {fewest} vehicles, but has {len(swarm)} left and {len(lost)} lost."
                 )
             context.journal.set_message(f"Waiting for {len(lost)} lost vehicles.")
             sign_of_life()

@@ -15,7 +15,7 @@ from aos_gcs.mission.search.exposing import BLIND_S, Exposures, exposing
 from aos_gcs.mission.search.sampling import Sample, Sampler
 from aos_gcs.mission.search.step_work import StepWork
 from aos_gcs.mission.search.vision import Vision
-from aos_gcs.planning.settings import MIN_SWARM, SearchMode
+from aos_gcs.planning.settings import SearchMode
 from aos_gcs.ports import Goto, Hold, Severity
 
 _SAME_PLACE_M = 0.05
@@ -83,7 +83,7 @@ class Sweeping:
     async def _make_step(self, flight: _Flight, exposures: Exposures) -> Phase:
         """Make a step by the next round of frames; where there is none, the sweep stops."""
         context, work = self._context, self._work
-        if len(swarm := context.roster.members(Task.SWARM)) < MIN_SWARM:
+        if len(swarm := context.roster.members(Task.SWARM)) < context.settings.fewest_vehicles:
             await self.stop()
             return Phase.SCAN
         exposures.follow(swarm)

@@ -73,8 +73,8 @@ class SimulatedFlight:
         *,
         launch_spacing_m: float = GRID_M,
     ) -> None:
-        if not 2 <= vehicles <= MAX_VEHICLES:
-            raise ConfigurationError(f"vehicles must lie within 2 and {MAX_VEHICLES}, got {vehicles}.")
+        if not 1 <= vehicles <= MAX_VEHICLES:
+            raise ConfigurationError(f"vehicles must lie within 1 and {MAX_VEHICLES}, got {vehicles}.")
         self._launch_spacing_m = launch_spacing_m
         self._scene = scene
         self._errors = errors

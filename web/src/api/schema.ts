@@ -1667,6 +1667,11 @@ export interface components {
        * @description Search area without the no-go zones.
        */
       free_area_m2: number;
+      /**
+       * Hectares Per Hour
+       * @description Part of the search area that is swept per time of the whole flight.
+       */
+      hectares_per_hour: number;
       /** Legs */
       legs: components["schemas"]["ScanLegModel"][];
       /** Path M */

@@ -67,6 +67,7 @@ export const plan = {
   estimate: "Estimate",
   flight: "Flight time",
   scan: "Scan time",
+  searchRate: "Search rate",
   coverage: "Coverage",
   battery: "Battery use",
   areaSize: "Area",

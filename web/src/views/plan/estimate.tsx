@@ -50,6 +50,7 @@ function Figures({ estimate, layers_m }: { estimate: PlanEstimate; layers_m: rea
   const figures: [string, string][] = [
     [texts.plan.flight, duration(estimate.flight_s)],
     [texts.plan.scan, duration(estimate.scan_s)],
+    [texts.plan.searchRate, quantity(estimate.hectares_per_hour, 0, "ha/h")],
     [texts.plan.coverage, quantity(estimate.covered_percent, 0, "%")],
     [texts.plan.battery, quantity(estimate.battery_percent, 0, "%")],
     [texts.plan.areaSize, quantity(estimate.free_area_m2 / 10_000, 2, "ha")],

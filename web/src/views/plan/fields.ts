@@ -18,7 +18,7 @@ export interface NumberRule {
 export const HEADING: NumberRule = { unit: "°", decimals: 1, step: 1, min: 0, max: 359.9 };
 
 export const PATTERN: readonly [NumberName, NumberRule][] = [
-  ["vehicles", { unit: "", decimals: 0, step: 1, min: 2, max: 250 }],
+  ["vehicles", { unit: "", decimals: 0, step: 1, min: 1, max: 250 }],
   ["spacing_m", { unit: "m", decimals: 2, step: 0.5, min: 0.1, isOptional: true }],
   ["lowest_layer_m", { unit: "m", decimals: 1, step: 1, min: 0.1 }],
   ["layer_spacing_m", { unit: "m", decimals: 1, step: 0.5, min: 0.1 }],
