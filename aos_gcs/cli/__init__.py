@@ -35,6 +35,7 @@ BUILT_IN: dict[str, str] = {
     "replay": "aos_gcs.cli.replay:replay",
     "report": "aos_gcs.cli.report:report",
     "sharing": "aos_gcs.cli.sharing:sharing",
+    "export": "aos_gcs.cli.export:export",
     "survey": "aos_gcs.cli.survey:survey",
     "lab": "aos_gcs.cli.lab.commands:lab",
 }

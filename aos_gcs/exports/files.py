@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import tempfile
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -97,6 +98,30 @@ def replaced_whole(path: Path) -> Iterator[Path]:
         # NumPy reports a write that ended early without the system's reason.
         reason = error.strerror or f"the disk may be full ({error})"
         raise ConfigurationError(f"Cannot write {path}: {reason}.") from error
+
+
+@contextmanager
+def folder_whole(folder: Path) -> Iterator[Path]:
+    """Yield an empty folder beside ``folder`` that takes its place when the block ends, and vanishes when it fails.
+
+    Raises:
+        ConfigurationError: if there is something in ``folder`` already, or it cannot be written; the text names it.
+    """
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise ConfigurationError(
+            f"Cannot write {folder}: it exists and is not empty; name a folder that does not exist."
+        )
+    try:
+        temporary = Path(tempfile.mkdtemp(dir=folder.absolute().parent, prefix=f".{folder.name}."))
+        try:
+            yield temporary
+            temporary.chmod(0o777 & ~_umask())
+            temporary.replace(folder)
+        except BaseException:
+            shutil.rmtree(temporary, ignore_errors=True)
+            raise
+    except OSError as error:
+        raise ConfigurationError(f"Cannot write {folder}: {error.strerror or error}.") from error
 
 
 def _umask() -> int:

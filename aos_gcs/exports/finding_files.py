@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import json
 import math
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 from xml.etree import ElementTree as ET
 
+from aos_gcs.exports.xml_text import xml_document
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.mission.model.findings import Finding
 
-_NOT_IN_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-"""Characters that XML cannot hold, even escaped. Comments have them where they were pasted from other programs."""
 _KML = "http://www.opengis.net/kml/2.2"
 _GPX = "http://www.topografix.com/GPX/1/1"
 
@@ -81,7 +79,7 @@ def to_kml(findings: Sequence[PlacedFinding]) -> str:
         point = ET.SubElement(placemark, "Point")
         ET.SubElement(point, "altitudeMode").text = "clampToGround"
         ET.SubElement(point, "coordinates").text = ",".join(map(str, _coordinates(placed.position)))
-    return _xml(root)
+    return xml_document(root)
 
 
 def to_gpx(findings: Sequence[PlacedFinding]) -> str:
@@ -93,7 +91,7 @@ def to_gpx(findings: Sequence[PlacedFinding]) -> str:
         ET.SubElement(waypoint, "ele").text = str(altitude_m)
         ET.SubElement(waypoint, "name").text = placed.name
         ET.SubElement(waypoint, "desc").text = _description(placed.properties())
-    return _xml(root)
+    return xml_document(root)
 
 
 FORMATS: dict[str, tuple[str, Callable[[Sequence[PlacedFinding]], str]]] = {
@@ -114,9 +112,3 @@ def _description(properties: Mapping[str, Any]) -> str:
 
 def _rounded(value: float | None, digits: int) -> float | None:
     return round(value, digits) if value is not None and math.isfinite(value) else None
-
-
-def _xml(root: ET.Element) -> str:
-    ET.indent(root)
-    text = _NOT_IN_XML.sub("\ufffd", ET.tostring(root, encoding="unicode"))
-    return f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'

@@ -9,6 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
+_LEVEL_AT_LEAST = 1e-7
+"""Cosine of the pitch below which yaw and roll turn about the same axis."""
+
 
 def R_from_quaternion(q_wxyz: ArrayLike) -> NDArray[np.float64]:
     """Return the rotation matrix, shape (3, 3), of a quaternion (w, x, y, z); it need not be normalised.
@@ -32,6 +35,19 @@ def quaternion_from_R(R: ArrayLike) -> NDArray[np.float64]:
 def R_from_yaw_pitch_roll(angles_rad: tuple[float, float, float]) -> NDArray[np.float64]:
     """Return ``R_body2ned``, shape (3, 3), of turns about down, then right, then forward."""
     return np.asarray(Rotation.from_euler("ZYX", angles_rad).as_matrix())
+
+
+def yaw_pitch_roll_from_R(R_body2ned: ArrayLike) -> tuple[float, float, float]:
+    """Return the angles, radians, of which :func:`R_from_yaw_pitch_roll` makes a matrix, shape (3, 3).
+
+    Pitch is within ±π/2. Where it is one of these, as of a camera that looks straight down, roll is 0.
+    """
+    R = np.asarray(R_body2ned, dtype=np.float64)
+    level = float(np.hypot(R[0, 0], R[1, 0]))
+    pitch = float(np.arctan2(-R[2, 0], level))
+    if level < _LEVEL_AT_LEAST:
+        return float(np.arctan2(-R[0, 1], R[1, 1])), pitch, 0.0
+    return float(np.arctan2(R[1, 0], R[0, 0])), pitch, float(np.arctan2(R[2, 1], R[2, 2]))
 
 
 def R_from_rotation_vector(vector_rad: ArrayLike) -> NDArray[np.float64]:

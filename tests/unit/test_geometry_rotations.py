@@ -12,6 +12,7 @@ from aos_gcs.geometry.rotations import (
     R_from_yaw_pitch_roll,
     quaternion_from_R,
     slerp,
+    yaw_pitch_roll_from_R,
 )
 
 angles = st.floats(-math.pi, math.pi)
@@ -67,3 +68,12 @@ def test_slerp_takes_the_shortest_arc(
     both = Rotation.concatenate([start, start * Rotation.from_rotvec(turn_rad)])
     expected = Slerp([0.0, 1.0], both)(share).as_matrix()
     np.testing.assert_allclose(slerp(share, *both.as_matrix()), expected, atol=1e-13)
+
+
+@given(st.floats(-math.pi, math.pi), st.floats(-math.pi / 2, math.pi / 2), st.floats(-math.pi, math.pi))
+@example(0.7, -math.pi / 2, 0.0)
+@example(0.7, -math.pi / 2, 0.2)
+@example(-3.0, math.pi / 2 - 1e-9, 3.0)
+def test_angles_are_read_back_from_a_matrix(yaw: float, pitch: float, roll: float) -> None:
+    R = R_from_yaw_pitch_roll((yaw, pitch, roll))
+    np.testing.assert_allclose(R_from_yaw_pitch_roll(yaw_pitch_roll_from_R(R)), R, atol=1e-6)
