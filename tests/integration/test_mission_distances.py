@@ -41,8 +41,7 @@ async def test_of_two_that_come_too_close_the_later_mover_is_held() -> None:
         assert 0.0 < np.linalg.norm(offset_m) < 1.5
         assert flight.task(3) is Task.HELD
         assert any("vehicle 3 is held" in text for text in flight.texts())
-        await flight.commands.act(Action.ABORT, None)
-        await run
+        run.cancel()
 
 
 async def test_an_old_position_is_reported_and_not_trusted() -> None:

@@ -252,13 +252,14 @@ async def test_a_vehicle_that_cannot_be_flown_home_in_time_is_handed_to_its_auto
 async def test_a_battery_that_empties_fast_brings_its_vehicle_home_in_time() -> None:
     """At 0.2 % per second and some 40 m away, home is about 9 % away: below 29 % the vehicle leaves."""
     flight = prepare()
+    vehicle: FakeVehicle = flight.fleet.members[2]
+    vehicle.battery_fraction = 0.5
     async with flying(flight) as run:
         await flight.until(lambda: len(flight.view.steps()) == 2)
         await flight.commands.act(Action.PAUSE, None)
-        vehicle: FakeVehicle = flight.fleet.members[2]
         started_s = flight.clock.now_s()
         while flight.task(2) is Task.SWARM:
-            vehicle.battery_fraction = 0.9 - 0.002 * (flight.clock.now_s() - started_s)
+            vehicle.battery_fraction = 0.5 - 0.002 * (flight.clock.now_s() - started_s)
             await flight.clock.sleep(0.5)
         assert 0.25 < vehicle.battery_fraction < 0.32
         assert any("must be left" in text for text in flight.texts())

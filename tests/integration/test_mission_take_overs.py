@@ -138,11 +138,12 @@ async def test_a_take_over_on_the_way_home_is_told() -> None:
         await flight.commands.act(Action.RETURN, (3,))
         vehicle = flight.fleet.members[3]
         await flight.until(vehicle.is_moving)
-        commands = take_over(flight.fleet.members[3])
+        commands = take_over(vehicle)
         await flight.until(lambda: flight.task(3) is Task.HELD)
-        await run
-    assert flight.fleet.members[3].commands[commands:] == []
-    assert any("its mode changed to LOITER" in text for text in critical_texts(flight))
+        await flight.clock.sleep(20.0)
+        assert vehicle.commands[commands:] == []
+        assert any("its mode changed to LOITER" in text for text in critical_texts(flight))
+        run.cancel()
 
 
 async def test_a_failsafe_that_hovers_gets_only_the_return() -> None:
