@@ -28,14 +28,14 @@ FLIPPED = np.diag([1.0, -1.0, -1.0])
 def flight(places_m: ArrayLike, seen: float, *, shaken: bool = False) -> list[Frame]:
     """Frames of noise with spots, each of which a frame sees with some probability; shaken ones see them anywhere."""
     rng = np.random.default_rng(0)
-    v, u = np.mgrid[: CAMERA.height_px, : CAMERA.width_px]
+    u, v = np.arange(CAMERA.width_px), np.arange(CAMERA.height_px)
     frames = []
     for index, pose in enumerate(POSES):
-        image = rng.normal(100.0, 1.0, u.shape)
+        image = rng.normal(100.0, 1.0, (CAMERA.height_px, CAMERA.width_px))
         pixels = project_points(places_m, CAMERA, pose)
         for u_px, v_px in rng.uniform(0.0, CAMERA.width_px, pixels.shape) if shaken else pixels:
             if rng.random() < seen:
-                image += 30.0 * np.exp(-((u - u_px) ** 2 + (v - v_px) ** 2) / 4.5)
+                image += 30.0 * np.outer(np.exp(-((v - v_px) ** 2) / 4.5), np.exp(-((u - u_px) ** 2) / 4.5))
         frames.append(Frame(index, image.astype(np.float32)[:, :, np.newaxis], ("grey",), pose, CAMERA))
     return frames
 
