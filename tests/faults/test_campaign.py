@@ -1,4 +1,4 @@
-"""Twenty missions of the campaign, and whether the campaign would see what it looks for."""
+"""Missions of the campaign that have every fault, and whether the campaign would see what it looks for."""
 
 from __future__ import annotations
 
@@ -31,7 +31,22 @@ from tests.campaign.shrink import shrink
 from tests.campaign.world import World
 from tests.fakes.air import FIRST_PORT, HOST
 
-SEEDS = range(1, 21)
+
+def covering(seeds: range) -> list[int]:
+    """Return few of the seeds, whose missions have every fault, and every autopilot with every error of positions."""
+    drawn = {seed: draw(seed) for seed in seeds}
+    parts = {
+        seed: {(one.autopilot, one.errors), *(type(fault).__name__ for fault in one.faults)}
+        for seed, one in drawn.items()
+    }
+    left, chosen = set().union(*parts.values()), []
+    while left:
+        chosen.append(max(parts, key=lambda seed: len(parts[seed] & left)))
+        left -= parts[chosen[-1]]
+    return chosen
+
+
+SEEDS = covering(range(1, 101))
 CALM = Scenario(0, "arducopter", 2, "none", 2.5, upload_fence=False, faults=())
 
 
@@ -48,7 +63,7 @@ def test_a_random_mission_with_random_faults_ends_safely(seed: int) -> None:
 
 
 def test_a_seed_repeats_its_mission_exactly() -> None:
-    first, again = flown(11), fly(draw(11))
+    first, again = flown(SEEDS[0]), fly(draw(SEEDS[0]))
     assert (first.smallest_m, first.duration_s, first.trace) == (again.smallest_m, again.duration_s, again.trace)
 
 
@@ -63,7 +78,7 @@ def test_a_campaign_that_launches_nothing_fails(monkeypatch: pytest.MonkeyPatch,
 
 
 def test_every_fault_is_drawn_unless_a_reason_is_given() -> None:
-    drawn = {type(fault) for seed in range(300) for fault in draw(seed).faults}
+    drawn = {type(fault) for seed in SEEDS for fault in draw(seed).faults}
     assert drawn == set(FAULTS) - set(KNOWN_DEFECTS)
     assert all(KNOWN_DEFECTS.values())
 
