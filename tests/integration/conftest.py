@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from aos_gcs.imaging import workers
+from tests.fakes.threaded_worker import open_threaded_worker
 
 
 @pytest.fixture(autouse=True)
@@ -12,3 +13,9 @@ def _one_imaging_thread(request: pytest.FixtureRequest, monkeypatch: pytest.Monk
     """Compute the small images of missions in virtual time at once: threads take an eighth of their time."""
     if request.node.get_closest_marker("looptime") is not None:
         monkeypatch.setattr(workers, "_limits", [1])
+
+
+@pytest.fixture
+def threaded_workers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have the service compute in its own process, for tests of what happens before anything is computed."""
+    monkeypatch.setattr("aos_gcs.runtime.service.open_worker", open_threaded_worker)

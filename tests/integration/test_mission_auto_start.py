@@ -118,6 +118,7 @@ def configuration(folder: Path, **mission: object) -> ServiceConfig:
     ],
     ids=["ended", "killed", "killed simulation"],
 )
+@pytest.mark.usefixtures("threaded_workers")
 async def test_a_last_mission_that_was_killed_leaves_the_start_to_an_operator(
     tmp_path: Path, ends: bool, mission: dict[str, object], is_on: bool
 ) -> None:

@@ -240,6 +240,7 @@ async def test_only_an_unfinished_flight_of_late_is_read_back(
     assert found is None or found.links == FormerLinks(1000.0, {first.telemetry.vehicle_id: proven})
 
 
+@pytest.mark.usefixtures("threaded_workers")
 async def test_the_driver_learns_where_vehicles_of_a_killed_flight_were_heard(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

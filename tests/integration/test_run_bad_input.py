@@ -47,7 +47,7 @@ def free_port() -> int:
 
 
 @pytest.fixture
-def refusal(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+def refusal(threaded_workers: None, tmp_path: Path, capsys: pytest.CaptureFixture[str]):  # noqa: ARG001 - for its effect
     """Run a command that must be refused, and return the one sentence that it says."""
 
     def run(*arguments: str) -> str:
