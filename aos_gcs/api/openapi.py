@@ -18,6 +18,7 @@ from aos_gcs.api.routers import (
     basemap,
     events,
     findings,
+    ground,
     handover,
     mission,
     operation,
@@ -36,7 +37,7 @@ _DESCRIPTION = (
 
 def add_routes(app: FastAPI) -> None:
     """Add all routes of the API."""
-    groups = (session, mission, operation, plans, replay, viewer, findings, handover, basemap, relief, events)
+    groups = (session, mission, operation, plans, replay, viewer, findings, ground, handover, basemap, relief, events)
     for group in groups:
         # Routers state whole paths. Other than with include_router, applications share the routes once they are built.
         app.router.routes.extend(group.router.routes)

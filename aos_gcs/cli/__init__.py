@@ -36,6 +36,7 @@ BUILT_IN: dict[str, str] = {
     "report": "aos_gcs.cli.report:report",
     "sharing": "aos_gcs.cli.sharing:sharing",
     "export": "aos_gcs.cli.export:export",
+    "searched": "aos_gcs.cli.searched:searched",
     "survey": "aos_gcs.cli.survey:survey",
     "lab": "aos_gcs.cli.lab.commands:lab",
 }

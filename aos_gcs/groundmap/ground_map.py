@@ -156,10 +156,19 @@ def open_map(folder: Path, origin: GeodeticPosition, direction_step: float, carr
             _copy(carried, folder)
     if not (folder / HEADER_NAME).exists():
         return GroundMap(folder, GroundHeader(origin, direction_step), {})
-    header = read_header(folder)
-    if header.origin != origin:
+    stored = read_map(folder)
+    if stored.header.origin != origin:
         raise InputDataError(f"{folder}: the map of searched ground belongs to another origin.")
-    return GroundMap(folder, header, dict(_stored_views(folder)))
+    return stored
+
+
+def read_map(folder: Path) -> GroundMap:
+    """Return the map in a folder as it was written last.
+
+    Raises:
+        InputDataError: there is none, or its head is damaged; the text names the file.
+    """
+    return GroundMap(folder, read_header(folder), dict(_stored_views(folder)))
 
 
 def read_header(folder: Path) -> GroundHeader:

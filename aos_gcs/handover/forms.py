@@ -7,6 +7,7 @@ from typing import Final
 from reportlab.lib.units import mm
 from reportlab.platypus import Flowable, Spacer
 
+from aos_gcs.groundmap.figures import GroundFigures
 from aos_gcs.handover.model import Flight, Handover
 from aos_gcs.handover.styles import box, boxes, listing, paragraph, styles
 from aos_gcs.handover.texts import STATUSES, UNKNOWN, Writer, duration, kind_text, percent
@@ -131,7 +132,17 @@ def _area(handover: Handover, writer: Writer) -> list[str]:
     return [
         f"Search area of {_area_m2(final.area_enu_m) / 10_000.0:.2f} ha, corners: {corners or 'not recorded'}.",
         f"{flown}{percent(final.covered_fraction)} of the area was in a frame.",
+        *_searched(final.ground),
     ]
+
+
+def _searched(ground: GroundFigures | None) -> list[str]:
+    """Return how likely a person in the area would have been noticed, where that is known."""
+    if ground is None or ground.detection is None:
+        return []
+    shares = ground.detection
+    values = f"standing {percent(shares.standing)}, sitting {percent(shares.sitting)}, lying {percent(shares.lying)}"
+    return [f"Mean probability of detection in the area, all sorties so far: {values}."]
 
 
 def _instructions(handover: Handover, writer: Writer) -> list[str]:

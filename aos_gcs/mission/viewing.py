@@ -8,6 +8,7 @@ from typing import Protocol
 
 from aos_gcs.errors import AosError
 from aos_gcs.geometry.geodesy import EnuPoint
+from aos_gcs.groundmap.detection import Posture
 from aos_gcs.mission.model.operation import SortieRecord
 
 
@@ -34,6 +35,15 @@ class PictureFormat(StrEnum):
     """Exact, transparent where nothing covers."""
     JPEG = "jpg"
     """A draft for a plane that moves: a fifth of the size and soon encoded; black where nothing covers."""
+
+
+class GroundFile(StrEnum):
+    """File of the searched ground, by its suffix."""
+
+    RASTER = "tif"
+    """Views and probabilities of detection, a cloud-optimised GeoTIFF."""
+    GAPS = "geojson"
+    """Polygons of the search area with a low probability of detection."""
 
 
 class FrameKind(StrEnum):
@@ -150,6 +160,16 @@ class ViewControl(Protocol):
         Raises:
             ConfigurationError: there is no such frame, or it has no such band.
             InputDataError: it is damaged.
+            ViewerBusyError: too many others wait.
+        """
+        ...
+
+    async def ground_file(self, kind: GroundFile, posture: Posture, below: float) -> bytes:
+        """Return a file of the searched ground; gaps are where detection in a posture is less likely than ``below``.
+
+        Raises:
+            ConfigurationError: a library is not installed, the forest is not described, or ``below`` is out of range.
+            InputDataError: there is no map of it, or it is damaged.
             ViewerBusyError: too many others wait.
         """
         ...

@@ -12,10 +12,12 @@ from pathlib import Path
 from typing import ParamSpec, TypeVar
 
 from aos_gcs.errors import WorkerError
+from aos_gcs.groundmap.detection import Posture
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.viewing import (
     FocusFound,
     FrameKind,
+    GroundFile,
     PictureFormat,
     View,
     ViewedStep,
@@ -26,6 +28,7 @@ from aos_gcs.mission.viewing import (
 from aos_gcs.planning.settings import AutofocusSettings
 from aos_gcs.ports import ThreadWorker, Worker
 from aos_gcs.runtime.recorded_settings import recorded_settings
+from aos_gcs.runtime.searched_ground import make_ground_file
 from aos_gcs.runtime.step_views import ViewSource, describe_step, find_height, view_frame, view_step
 from aos_gcs.store.reader import MissionReader
 
@@ -73,6 +76,10 @@ class Viewer:
     async def frame(self, step: int, vehicle_id: int, kind: FrameKind, width_px: int | None) -> bytes:
         """Return a vehicle's frame of a step as a PNG, reduced to a width if it is wider."""
         return await self._compute(view_frame, self._source, step, vehicle_id, kind, width_px)
+
+    async def ground_file(self, kind: GroundFile, posture: Posture, below: float) -> bytes:
+        """Return a file of the searched ground; gaps are where detection in a posture is less likely than ``below``."""
+        return await self._compute(make_ground_file, self._source.folder, kind, posture, below)
 
     async def autofocus(self, step: int, centre_enu_m: tuple[float, float], half_width_m: float) -> FocusFound:
         """Look for the height at which the frames agree best on a square."""

@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from aos_gcs.cli.searched import figure_lines
 from aos_gcs.geometry.geodesy import EnuPoint
 from aos_gcs.mission.model.actions import ActionRecord
 from aos_gcs.mission.model.findings import KIND_NAMES, Finding, FindingStatus
@@ -76,6 +77,8 @@ def _facts(summary: MissionSummary) -> Iterable[str]:
         yield _target(final)
         if final.min_separation_m is not None:
             yield f"smallest separation {final.min_separation_m:.2f} m"
+        if final.ground is not None:
+            yield from figure_lines(final.ground)
         yield f"phase {final.phase}: {final.message}"
         yield from map(_finding, final.findings)
     if summary.steps:

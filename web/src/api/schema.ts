@@ -146,6 +146,26 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/ground.{kind}": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Ground File
+     * @description Return a file of the searched ground, as it was recorded last.
+     */
+    get: operations["read_ground_file_api_ground__kind__get"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
   "/api/handover.pdf": {
     parameters: {
       query?: never;
@@ -1174,6 +1194,12 @@ export interface components {
       longitude_deg: number;
     };
     /**
+     * GroundFile
+     * @description File of the searched ground, by its suffix.
+     * @enum {string}
+     */
+    GroundFile: "tif" | "geojson";
+    /**
      * GroundModel
      * @description Searched ground, by the map of it: this sortie and those before it.
      */
@@ -1905,6 +1931,12 @@ export interface components {
       /** Up M */
       up_m: number;
     };
+    /**
+     * Posture
+     * @description Posture of the person that is looked for.
+     * @enum {string}
+     */
+    Posture: "standing" | "sitting" | "lying";
     /**
      * PreflightCheckModel
      * @description One cell of the matrix vehicle x check.
@@ -2911,6 +2943,63 @@ export interface operations {
       };
       /** @description Unprocessable Entity */
       422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+    };
+  };
+  read_ground_file_api_ground__kind__get: {
+    parameters: {
+      query?: {
+        /** @description For geojson. */
+        below?: number;
+        /** @description A mission of the operation; none: the one shown. */
+        mission_id?: string;
+        /** @description For geojson. */
+        posture?: components["schemas"]["Posture"];
+      };
+      header?: never;
+      path: {
+        kind: components["schemas"]["GroundFile"];
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description tif: views and probabilities of detection, a cloud-optimised GeoTIFF; geojson: polygons of the search area where the probability of detection is below a value. */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/geo+json": unknown;
+          "image/tiff": unknown;
+        };
+      };
+      /** @description Not Found */
+      404: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Unprocessable Entity */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Service Unavailable */
+      503: {
         headers: {
           [name: string]: unknown;
         };

@@ -5,11 +5,29 @@ import { texts } from "../texts";
 import { type Fact, Facts } from "../ui/facts";
 import { Panel } from "../ui/panel";
 
-export function SearchedPanel({ mission }: { mission: Mission | null }) {
+/** Files of the searched ground, by their suffix. */
+const FILES = ["tif", "geojson"] as const;
+
+interface Props {
+  mission: Mission | null;
+  /** Whether the station has the record at hand. */
+  hasFiles: boolean;
+}
+
+export function SearchedPanel({ mission, hasFiles }: Props) {
   if (mission === null || (mission.ground === null && mission.legs.length === 0)) return null;
   return (
     <Panel title={texts.searched.panel} testId="searched" class="searched">
       <Facts facts={searchedFacts(mission)} class="facts" />
+      {hasFiles && mission.ground?.detection_percent && (
+        <div class="button-row">
+          {FILES.map((suffix) => (
+            <a key={suffix} class="button" href={`/api/ground.${suffix}`} download data-testid={`ground-${suffix}`}>
+              {texts.searched.file[suffix]}
+            </a>
+          ))}
+        </div>
+      )}
     </Panel>
   );
 }

@@ -54,7 +54,7 @@ export function FlyView() {
       <div class="side">
         <Controls />
         <VehiclePanel />
-        <SearchedPanel mission={state.mission} />
+        <SearchedPanel mission={state.mission} hasFiles={state.capabilities.viewer} />
         <TargetsPanel targets={state.mission?.targets ?? []} />
       </div>
       <FleetPanel />

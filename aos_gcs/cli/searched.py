@@ -1,0 +1,87 @@
+"""``aos-gcs searched``: what a mission has searched, and files of it."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from aos_gcs.groundmap.figures import GroundFigures
+
+
+def searched(
+    mission_dir: Annotated[Path, typer.Argument(help="Folder of one mission, which holds mission.sqlite.")],
+    *,
+    raster: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.tif",
+            help="Write views and probabilities of detection as a cloud-optimised GeoTIFF (extra geo).",
+            dir_okay=False,
+        ),
+    ] = None,
+    gaps: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.geojson", help="Write the polygons of the search area below --below.", dir_okay=False
+        ),
+    ] = None,
+    below: Annotated[
+        float, typer.Option(metavar="P", help="Probability of detection below which a place is a gap.")
+    ] = 0.8,
+    posture: Annotated[str, typer.Option(help="Posture for --gaps: standing, sitting or lying.")] = "standing",
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")] = False,
+) -> None:
+    """Report what share of the search area was seen, and how likely a person there would have been noticed.
+
+    The mission may be finished, interrupted or in flight. Former sorties of its operation count.
+    """
+    # Reading a mission takes NumPy and OpenCV, which the other commands' help should not wait for.
+    from aos_gcs.errors import ConfigurationError  # noqa: PLC0415
+    from aos_gcs.exports.files import check_apart, check_writable, written_whole  # noqa: PLC0415
+    from aos_gcs.exports.ground_files import gaps_geojson, write_ground_raster  # noqa: PLC0415
+    from aos_gcs.groundmap.detection import Posture  # noqa: PLC0415
+    from aos_gcs.runtime.searched_ground import figures_of, read_searched_ground  # noqa: PLC0415
+
+    if posture not in list(Posture):
+        raise ConfigurationError(f"--posture must be one of {', '.join(Posture)}, got {posture!r}.")
+    if not 0.0 < below <= 1.0:
+        raise ConfigurationError(f"--below must be above 0 and at most 1, got {below:g}.")
+    results = [path for path in (raster, gaps) if path is not None]
+    for path in results:
+        check_writable(path)
+    check_apart(results, None, mission_dir.rglob("*"))
+    ground = read_searched_ground(mission_dir)
+    if gaps is not None:
+        text = gaps_geojson(ground, Posture(posture), below)
+        with written_whole(gaps) as file:
+            file.write(text.encode())
+    if raster is not None:
+        write_ground_raster(raster, ground)
+    figures = figures_of(ground)
+    if as_json:
+        typer.echo(json.dumps(dataclasses.asdict(figures)))
+        return
+    for line in figure_lines(figures):
+        typer.echo(line)
+    for path in results:
+        typer.echo(f"written: {path}")
+
+
+def figure_lines(figures: GroundFigures) -> list[str]:
+    """Return figures about the searched ground as lines of text."""
+    seen = f"{figures.seen_fraction:.0%} of the area seen, {figures.mean_views:.1f} independent views on average"
+    lines = [f"searched ground: {seen}, {figures.frames} frames"]
+    if figures.left_out:
+        lines.append(f"frames that are not on the map of searched ground: {figures.left_out}")
+    shares = figures.detection
+    if shares is not None:
+        lines.append(
+            f"mean probability of detection: standing {shares.standing:.0%}, sitting {shares.sitting:.0%}, "
+            f"lying {shares.lying:.0%}"
+        )
+    return lines

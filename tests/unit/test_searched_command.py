@@ -1,0 +1,111 @@
+"""Searched ground of recorded missions: the command, the files of the interface, and what they refuse."""
+
+from __future__ import annotations
+
+import json
+from functools import partial
+from pathlib import Path
+
+import httpx
+import pytest
+
+from aos_gcs.cli import main
+from aos_gcs.geometry.projection import Plane
+from aos_gcs.groundmap.ground_map import open_map
+from aos_gcs.imaging.step.settings import ImagingSettings
+from aos_gcs.mission.model.decisions import SearchRecord
+from aos_gcs.planning.settings import ForestSettings, MissionSettings
+from aos_gcs.runtime.viewer import Viewer
+from aos_gcs.store.database import MissionDatabase
+from tests.fakes.app import app_of
+from tests.fakes.ground_frames import ORIGIN, ground_frame
+from tests.fakes.mission import ScriptedMission
+from tests.fakes.recording import HandClock
+
+AREA = ((-10.0, -10.0), (10.0, -10.0), (10.0, 10.0), (-10.0, 10.0))
+FOREST = ForestSettings(canopy_height_m=18.0, crown_base_m=5.0)
+
+
+def recorded(folder: Path, forest: ForestSettings | None = FOREST) -> Path:
+    """Record a search of which the eastern half was seen, and return its folder."""
+    database = MissionDatabase(folder, {})
+    settings = MissionSettings(2, AREA, ImagingSettings(), forest=forest)
+    database.write([partial(MissionDatabase.add_search, record=SearchRecord(settings, ORIGIN))])
+    database.close()
+    ground = open_map(folder / "ground", ORIGIN, 0.06)
+    for north_m in (-8.0, 0.0, 8.0):
+        ground.add(ground_frame(18.0, north_m), Plane(0.0))
+    ground.flush()
+    return folder
+
+
+def run(*arguments: object) -> int:
+    with pytest.raises(SystemExit) as stop:
+        main([str(one) for one in arguments])
+    assert isinstance(stop.value.code, int)
+    return stop.value.code
+
+
+def test_the_command_tells_figures_and_writes_files(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = recorded(tmp_path / "m")
+    raster, gaps = tmp_path / "pod.tif", tmp_path / "gaps.geojson"
+    assert run("searched", folder, "--raster", raster, "--gaps", gaps, "--below", 0.99) == 0
+    told = capsys.readouterr().out
+    assert "55% of the area seen" in told
+    assert "3 frames" in told
+    assert "mean probability of detection: standing" in told
+    assert raster.stat().st_size > 500
+    areas = [one["properties"]["area_m2"] for one in json.loads(gaps.read_text("utf-8"))["features"]]
+    assert sum(areas) == 400.0, "three views are not enough anywhere"
+    assert run("searched", folder, "--json") == 0
+    figures = json.loads(capsys.readouterr().out)
+    assert figures["seen_fraction"] == pytest.approx(0.55)
+    assert 0.0 < figures["detection"]["standing"] < figures["detection"]["lying"] < 0.6
+
+
+def test_without_a_described_forest_there_are_views_but_no_gaps(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder, gaps = recorded(tmp_path / "m", None), tmp_path / "gaps.geojson"
+    assert run("searched", folder) == 0
+    assert "detection" not in capsys.readouterr().out
+    assert run("searched", folder, "--gaps", gaps) == 2
+    assert "[forest]" in capsys.readouterr().err
+    assert not gaps.exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "named"),
+    [
+        (("--posture", "kneeling"), "--posture"),
+        (("--below", "1.5"), "--below"),
+        (("--gaps", "no/such/folder/gaps.geojson"), "does not exist"),
+        (("--gaps", "{folder}/mission.sqlite"), "file of the recording"),
+    ],
+)
+def test_bad_options_are_refused_by_name(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], options: tuple[str, ...], named: str
+) -> None:
+    folder = recorded(tmp_path / "m")
+    assert run("searched", folder, *(one.format(folder=folder) for one in options)) == 2
+    assert named in capsys.readouterr().err
+
+
+def test_a_mission_that_has_searched_nothing_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    MissionDatabase(tmp_path / "m", {}).close()
+    assert run("searched", tmp_path / "m") == 2
+    assert "no map of searched ground" in capsys.readouterr().err
+
+
+async def test_the_interface_offers_the_same_files(tmp_path: Path) -> None:
+    viewer = Viewer(recorded(tmp_path / "m"), ImagingSettings(), 5.0)
+    app = app_of(ScriptedMission(HandClock()), viewer=viewer)
+    async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://127.0.0.1") as client:
+        gaps = await client.get("/api/ground.geojson", params={"posture": "lying", "below": 0.9})
+        assert gaps.headers["content-type"] == "application/geo+json"
+        assert 'filename="searched.geojson"' in gaps.headers["content-disposition"]
+        assert {one["properties"]["posture"] for one in gaps.json()["features"]} == {"lying"}
+        raster = await client.get("/api/ground.tif")
+        assert raster.content[:2] == b"II"
+        assert (await client.get("/api/ground.geojson", params={"below": 0.0})).status_code == 422
+        assert (await client.get("/api/ground.png")).status_code == 422
