@@ -6,6 +6,7 @@ import json
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from typing import Any
 from xml.etree import ElementTree as ET
 
@@ -23,11 +24,20 @@ class PlacedFinding:
 
     finding: Finding
     position: GeodeticPosition
+    started_utc_s: float | None = None
+    """Clock time at which the mission's time was 0; None where it is not known."""
 
     @property
     def name(self) -> str:
         """Label on a map."""
         return f"Finding {self.finding.finding_id}"
+
+    def clock_time(self, mission_time_s: float) -> str | None:
+        """Return a mission time as clock time of ISO 8601; None where it is that of another sortie or not known."""
+        if self.started_utc_s is None or self.finding.found_in or not math.isfinite(mission_time_s):
+            return None
+        moment = datetime.fromtimestamp(self.started_utc_s + mission_time_s, UTC)
+        return moment.isoformat(timespec="seconds").replace("+00:00", "Z")
 
     def properties(self) -> dict[str, Any]:
         """Return what is known of it beside its place; nothing that is unknown is among it."""
@@ -45,8 +55,11 @@ class PlacedFinding:
             "reasons": "; ".join(finding.reasons) or None,
             "found_at_s": _rounded(finding.found_at_s, 1),
             "seen_at_s": _rounded(finding.seen_at_s, 1),
+            "found_at": self.clock_time(finding.found_at_s),
+            "seen_at": self.clock_time(finding.seen_at_s),
             "comment": finding.comment or None,
             "assignee": finding.assignee or None,
+            "operator": finding.operator or None,
             "same_as": finding.merged_into,
             "found_in": finding.found_in or None,
         }
@@ -76,6 +89,8 @@ def to_kml(findings: Sequence[PlacedFinding]) -> str:
         placemark = ET.SubElement(document, "Placemark", id=f"finding-{placed.finding.finding_id}")
         ET.SubElement(placemark, "name").text = placed.name
         ET.SubElement(placemark, "description").text = _description(placed.properties())
+        if (seen_at := placed.clock_time(placed.finding.seen_at_s)) is not None:
+            ET.SubElement(ET.SubElement(placemark, "TimeStamp"), "when").text = seen_at
         point = ET.SubElement(placemark, "Point")
         ET.SubElement(point, "altitudeMode").text = "clampToGround"
         ET.SubElement(point, "coordinates").text = ",".join(map(str, _coordinates(placed.position)))
@@ -89,6 +104,8 @@ def to_gpx(findings: Sequence[PlacedFinding]) -> str:
         longitude_deg, latitude_deg, altitude_m = _coordinates(placed.position)
         waypoint = ET.SubElement(root, "wpt", lat=str(latitude_deg), lon=str(longitude_deg))
         ET.SubElement(waypoint, "ele").text = str(altitude_m)
+        if (seen_at := placed.clock_time(placed.finding.seen_at_s)) is not None:
+            ET.SubElement(waypoint, "time").text = seen_at
         ET.SubElement(waypoint, "name").text = placed.name
         ET.SubElement(waypoint, "desc").text = _description(placed.properties())
     return xml_document(root)

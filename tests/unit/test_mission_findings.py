@@ -177,6 +177,21 @@ def test_files_hold_longitude_first_where_their_format_says_so_and_no_unknown_va
     assert "<red>" in str(points[1].findtext("g:desc", namespaces=space))
 
 
+def test_files_tell_the_time_by_the_clock_and_who_has_decided() -> None:
+    timed = [replace(one, started_utc_s=1_700_000_000.0) for one in placed()]
+    first, second = (feature["properties"] for feature in json.loads(to_geojson(timed))["features"])
+    assert (first["found_at"], second["found_at"]) == ("2023-11-14T22:13:30Z", "2023-11-14T22:13:31Z")
+    assert (first.get("operator"), second["operator"]) == (None, "Ann")
+    space = {"k": "http://www.opengis.net/kml/2.2", "g": "http://www.topografix.com/GPX/1/1"}
+    whens = ElementTree.fromstring(to_kml(timed)).iterfind(".//k:TimeStamp/k:when", space)
+    assert [when.text for when in whens] == [first["seen_at"], second["seen_at"]]
+    points = ElementTree.fromstring(to_gpx(timed)).findall("g:wpt", space)
+    assert [child.tag.rpartition("}")[2] for child in points[0]] == ["ele", "time", "name", "desc"]
+    earlier = replace(timed[0], finding=replace(timed[0].finding, found_in="m0"))
+    assert "time" not in to_gpx([earlier])
+    assert "found_at" not in {*json.loads(to_geojson([earlier]))["features"][0]["properties"]}
+
+
 def test_files_can_be_read_whatever_a_comment_holds() -> None:
     """Texts that are pasted from other programs have control characters, which XML has no way to write."""
     findings = Findings()

@@ -105,7 +105,10 @@ async def export(suffix: Literal["geojson", "kml", "gpx"], mission: Mission) -> 
     """Return all findings as a file."""
     origin = _origin(mission)
     frame = LocalFrame(origin)
-    placed = [PlacedFinding(one, frame.to_geodetic(one.position_enu_m)) for one in mission.snapshot().findings]
+    snapshot = mission.snapshot()
+    placed = [
+        PlacedFinding(one, frame.to_geodetic(one.position_enu_m), snapshot.started_utc_s) for one in snapshot.findings
+    ]
     media_type, write = FORMATS[suffix]
     headers = {"Content-Disposition": f'attachment; filename="findings.{suffix}"'}
     return Response(write(placed), media_type=media_type, headers=headers)
