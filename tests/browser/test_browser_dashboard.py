@@ -9,7 +9,7 @@ from playwright.async_api import Page, Route, expect
 
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.ports import Severity
-from tests.browser.conftest import OPERATOR_CODE, serving
+from tests.browser.conftest import OPERATOR_CODE, Service, serving
 from tests.browser.map_colours import wait_until_drawn, wait_until_gone
 from tests.browser.pages import (
     confirm,
@@ -273,3 +273,15 @@ async def test_a_hundred_vehicles_are_seen_at_a_glance_the_worst_first(page: Pag
         await page.reload()
         await expect(page.locator(".fleet thead")).to_contain_text("Link")
         await expect(page.locator(".fleet thead")).not_to_contain_text("GPS")
+
+
+async def test_who_is_signed_in_is_shown_and_heights_in_the_chosen_units(page: Page, guarded_service: Service) -> None:
+    await guarded_service.mission.act(Action.START, None)
+    await page.goto(f"{guarded_service.url}#code={OPERATOR_CODE}")
+    await sign_in(page, "Robin")
+    await expect(page.get_by_test_id("operator")).to_have_text("Robin")
+    await expect(page.get_by_test_id("height-1")).to_contain_text("m AGL")
+    await page.get_by_test_id("settings-open").click()
+    await page.get_by_test_id("units-imperial").click()
+    await page.get_by_test_id("settings-close").click()
+    await expect(page.get_by_test_id("height-1")).to_contain_text("ft AGL")

@@ -220,6 +220,17 @@ async def test_positions_are_shown_in_the_chosen_notation_and_read_in_any(page: 
     await expect(corner).to_have_value(re.compile("^33U VP"))
 
 
+async def test_lengths_are_typed_in_the_chosen_units(page: Page, planned_service: Service) -> None:
+    await open_plan(page, planned_service)
+    spacing = page.get_by_test_id("plan-layer_spacing_m")
+    await spacing.fill("4")
+    for units, shown in (("imperial", "13.1"), ("metric", "4")):
+        await page.get_by_test_id("settings-open").click()
+        await page.get_by_test_id(f"units-{units}").click()
+        await page.get_by_test_id("settings-close").click()
+        await expect(spacing).to_have_value(shown)
+
+
 async def test_changes_are_taken_back_and_made_again(page: Page, planned_service: Service) -> None:
     await open_plan(page, planned_service)
     undo, redo = page.get_by_test_id("plan-undo"), page.get_by_test_id("plan-redo")

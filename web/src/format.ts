@@ -1,14 +1,16 @@
 /** Values as text. A value that was never reported is a dash, not a zero. */
 import { texts } from "./texts";
+import { shownUnit } from "./units";
 
 export const UNKNOWN = "–";
 
-/** Number with fixed decimals and its unit. */
+/** Number with fixed decimals and its unit; lengths, areas and speeds are given in metric units and shown in the chosen. */
 export function quantity(value: number | null | undefined, decimals: number, unit = ""): string {
   if (value === null || value === undefined || !Number.isFinite(value)) return UNKNOWN;
-  const rounded = value.toFixed(decimals);
+  const shown = shownUnit(unit);
+  const rounded = (value * shown.factor).toFixed(decimals);
   const number = rounded.replace("-", Number(rounded) === 0 ? "" : "\u2212");
-  return unit === "" ? number : `${number}\u202f${unit}`;
+  return unit === "" ? number : `${number}\u202f${shown.unit}`;
 }
 
 /** Probability in percent. */
@@ -36,6 +38,10 @@ export function distance(metres: number): string {
 
 /** Direction in whole degrees, three digits as radio traffic has them: 007°. */
 export const bearing = (degrees: number): string => `${String(Math.round(degrees) % 360).padStart(3, "0")}°`;
+
+/** Moment as date and time at this screen, with its time zone. */
+export const dateAndTime = (utc_s: number): string =>
+  `${new Date(1000 * utc_s).toLocaleDateString("sv")} ${timeOfDay(utc_s)}`;
 
 /** Age: short ones with a decimal, long ones in minutes. */
 export function age(seconds: number | null): string {

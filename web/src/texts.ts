@@ -112,6 +112,8 @@ export const texts = {
     alerts: "Alert sounds",
     voice: { off: "Off", sound: "Sound", speech: "Sound and speech" },
     notation: "Coordinates",
+    units: "Units",
+    unitNames: { metric: "Metric", imperial: "Imperial" },
     close: "Close",
   },
   places: {
@@ -253,6 +255,7 @@ export const texts = {
     panel: "Events",
     none: "No events yet.",
     all: "All",
+    missionTime: (time: string) => `Mission time ${time}`,
     missing: (count: number) => `${count} events not shown. See the mission record.`,
   },
   prepare: {

@@ -75,7 +75,7 @@ export function MapPanel({ layers, overlay = null, extent = [], lookAt = null, c
           <output class="map-cursor" data-testid="map-cursor" aria-label={texts.map.cursor}>
             {cursor && (
               <>
-                <b>{eastNorth(cursor.enu[0], cursor.enu[1])}</b> {written(placeAt(cursor.lngLat), notation)}
+                <b>{written(placeAt(cursor.lngLat), notation)}</b> {eastNorth(cursor.enu[0], cursor.enu[1])}
               </>
             )}
           </output>

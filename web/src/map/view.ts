@@ -4,6 +4,7 @@ import type { Geodetic, Mission, Position } from "../api/types";
 import { boundsOf, type LngLat, toEnu, toLngLat } from "../geometry";
 import type { EnuPoint } from "../state/state";
 import type { Theme } from "../theme";
+import { chosenUnits } from "../units";
 import { enu } from "./geojson";
 import type { AttachedLayer, MapLayer, Scene } from "./layer";
 import { PALETTES } from "./palette";
@@ -59,7 +60,7 @@ export class MapView {
       fadeDuration: 0,
     });
     this.map.touchZoomRotate.disableRotation();
-    this.map.addControl(new maplibregl.ScaleControl({ unit: "metric", maxWidth: 140 }), "bottom-left");
+    this.map.addControl(new maplibregl.ScaleControl({ unit: chosenUnits(), maxWidth: 140 }), "bottom-left");
     this.map.addControl(new maplibregl.NavigationControl({ showCompass: false }), "top-right");
     this.map.on("mousemove", ({ lngLat }) => {
       const place: LngLat = [lngLat.lng, lngLat.lat];

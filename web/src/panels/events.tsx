@@ -2,7 +2,7 @@
 import { useMemo, useState } from "preact/hooks";
 import type { Acknowledgement, Finding, Notice, Severity } from "../api/types";
 import type { Notation } from "../coordinates";
-import { timeOfDay } from "../format";
+import { duration, timeOfDay } from "../format";
 import { useShell } from "../shell/context";
 import { findingText } from "../shell/finding_text";
 import { routeHash } from "../shell/route";
@@ -75,10 +75,10 @@ interface ItemProps {
 }
 
 function EventItem({ notice, acknowledgement, finding, notation }: ItemProps) {
-  const { severity, utc_s } = notice;
+  const { severity, utc_s, elapsed_s } = notice;
   return (
     <li class={`event is-${severity}`} data-testid="event">
-      <time>{timeOfDay(utc_s)}</time>
+      <time title={elapsed_s > 0 ? texts.events.missionTime(duration(elapsed_s)) : ""}>{timeOfDay(utc_s)}</time>
       <span>
         {severity !== "info" && <b>{texts.names.severity[severity]} </b>}
         <EventWords notice={notice} finding={finding} notation={notation} />

@@ -25,10 +25,10 @@ function TargetFacts({ target, notation }: { target: Target; notation: Notation 
   return (
     <dl data-testid={`target-${id}`}>
       <dt>{texts.map.target(id)}</dt>
-      <dd data-testid="target-position">{eastNorth(position.east_m, position.north_m)}</dd>
-      {lat !== null && lon !== null && (
-        <dd class="small">{written({ latitude_deg: lat, longitude_deg: lon }, notation)}</dd>
-      )}
+      {lat !== null && lon !== null && <dd>{written({ latitude_deg: lat, longitude_deg: lon }, notation)}</dd>}
+      <dd class="small" data-testid="target-position">
+        {eastNorth(position.east_m, position.north_m)}
+      </dd>
       <dd class="small">
         {texts.target.error(quantity(sigma_m, 2, "m"))}, {texts.target.sightings(sightings)}
       </dd>

@@ -8,6 +8,7 @@ import { NO_SELECTION, retain, select, typeDigit } from "../state/selection";
 import type { Store } from "../state/store";
 import { texts } from "../texts";
 import { useTheme } from "../theme";
+import { chooseUnits, storedUnits, storeUnits } from "../units";
 import { DialogCorner } from "../ui/dialog";
 import { AlertBar } from "./alert_bar";
 import { Banners } from "./banners";
@@ -36,6 +37,8 @@ export function App({ store, stream }: { store: Store; stream: HoldStream }) {
   const [theme, setTheme] = useTheme();
   const [voice, setVoice] = useState(storedVoice);
   const [notation, setNotation] = useState(storedNotation);
+  const [units, setUnits] = useState(storedUnits);
+  chooseUnits(units);
   const [isSigningIn, setSigningIn] = useState(access.code !== "");
   const [areSettingsOpen, setSettingsOpen] = useState(false);
   const [selection, changeSelection] = useState(NO_SELECTION);
@@ -122,7 +125,8 @@ export function App({ store, stream }: { store: Store; stream: HoldStream }) {
           {mission?.replay && (
             <ReplayBar replay={mission.replay} missionId={mission.mission_id} mayControl={isOperator} />
           )}
-          <main class={`view view-${route.view}`} aria-label={texts.nav.view[route.view]}>
+          {/* With other units everything is written anew. */}
+          <main key={units} class={`view view-${route.view}`} aria-label={texts.nav.view[route.view]}>
             <Boundary key={`${route.view} ${mission?.mission_id ?? ""}`}>
               <View />
             </Boundary>
@@ -145,6 +149,11 @@ export function App({ store, stream }: { store: Store; stream: HoldStream }) {
               onNotation={(chosen) => {
                 storeNotation(chosen);
                 setNotation(chosen);
+              }}
+              units={units}
+              onUnits={(chosen) => {
+                storeUnits(chosen);
+                setUnits(chosen);
               }}
               onClose={() => setSettingsOpen(false)}
             />

@@ -34,6 +34,11 @@ export function Header(props: Props) {
       </div>
       <span class={`connection is-${connection}`} data-testid="connection" data-state={connection} role="status">
         {texts.connection[connection]}
+        {session?.role === "operator" && session.name !== "" && (
+          <small data-testid="operator" title={texts.signIn.signedInAs(session.name)}>
+            {session.name}
+          </small>
+        )}
       </span>
       <button type="button" data-testid="settings-open" onClick={onSettings}>
         {texts.settings.open}

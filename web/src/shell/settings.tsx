@@ -2,6 +2,7 @@
 import { type Notation, NOTATIONS } from "../coordinates";
 import { texts } from "../texts";
 import { type Theme, THEMES } from "../theme";
+import { type Units, UNITS } from "../units";
 import { Choice, type ChoiceProps } from "../ui/choice";
 import { Dialog } from "../ui/dialog";
 import type { Access } from "./use_session";
@@ -16,11 +17,13 @@ interface Props {
   onVoice(voice: Voice): void;
   notation: Notation;
   onNotation(notation: Notation): void;
+  units: Units;
+  onUnits(units: Units): void;
   onClose(): void;
 }
 
 export function Settings({ access, isSurvey, theme, onTheme, voice, onVoice, ...props }: Props) {
-  const { notation, onNotation, onClose } = props;
+  const { notation, onNotation, units, onUnits, onClose } = props;
   const { settings } = texts;
   return (
     <Dialog title={settings.open} testId="settings" onClose={onClose}>
@@ -47,6 +50,14 @@ export function Settings({ access, isSurvey, theme, onTheme, voice, onVoice, ...
         chosen={notation}
         labels={texts.places.notation}
         onChoose={onNotation}
+      />
+      <Setting
+        label={settings.units}
+        testId="units"
+        values={UNITS}
+        chosen={units}
+        labels={settings.unitNames}
+        onChoose={onUnits}
       />
       <h3>{texts.keys.title}</h3>
       <KeyList isSurvey={isSurvey} />

@@ -76,10 +76,12 @@ export const report = {
   close: "Back to findings",
   mission: "Mission",
   printed: "Created",
+  started: "Started",
   vehicles: "Vehicles",
   findings: "Findings",
   decidedBy: "Decided by",
   sketch: "Sketch of the search area with the findings, north up",
   legend: { area: "Search area", fence: "Geofence", "no-go": "No-go zone" },
-  datum: "Positions are WGS 84. Times count from the start of the mission. Errors are one standard deviation.",
+  datum:
+    "Positions are WGS 84. Times in brackets count from the start of the mission. Errors are one standard deviation.",
 } as const;

@@ -2,6 +2,7 @@
 import type { ComponentChildren } from "preact";
 import { useState } from "preact/hooks";
 import { texts } from "../texts";
+import { shownUnit } from "../units";
 
 /** Stands for typed text that is not a number, which the browser does not disclose. */
 const UNREADABLE = "?";
@@ -10,6 +11,7 @@ interface Props {
   label: string;
   /** Label for screen readers only, where a column heading says the same. */
   isLabelHidden?: boolean;
+  /** Metric unit of the value; it is shown and typed in the units of this screen. */
   unit?: string;
   /** Identifier, unique on the page; other parts can move the focus to it. */
   id: string;
@@ -30,8 +32,9 @@ interface Props {
   children?: ComponentChildren;
 }
 
-export function NumberField({ label, unit, id, value, decimals, isOptional = false, ...props }: Props) {
-  const { min, max, step = 1, placeholder, problem, advice, isLabelHidden = false, onChange, children } = props;
+export function NumberField({ label, id, decimals, isOptional = false, ...props }: Props) {
+  const { placeholder, problem, advice, isLabelHidden = false, children } = props;
+  const { unit, value, min, max, step, onChange } = inShownUnit(props);
   const [typed, setTyped] = useState<string | null>(null);
   const issue = typed === null ? null : typedIssue(typed, isOptional, min, max);
   const shown = issue ?? problem;
@@ -79,6 +82,24 @@ export function NumberField({ label, unit, id, value, decimals, isOptional = fal
       {children}
     </div>
   );
+}
+
+type Scaled = Pick<Props, "unit" | "value" | "min" | "max" | "step" | "onChange">;
+
+/** Value and limits in the unit that is shown; what is typed goes back as metric, to a millionth. */
+function inShownUnit({ unit: metric = "", value, min, max, step = 1, onChange }: Scaled) {
+  const { unit, factor } = shownUnit(metric);
+  const scaled = (limit: number | undefined): number | undefined =>
+    limit === undefined ? undefined : Number((limit * factor).toPrecision(6));
+  return {
+    unit,
+    value: value === null ? null : value * factor,
+    min: scaled(min),
+    max: scaled(max),
+    step,
+    onChange: (typed: number | null): void =>
+      onChange(typed === null ? null : factor === 1 ? typed : Number((typed / factor).toFixed(6))),
+  };
 }
 
 /** Problem of the typed text, or null. */

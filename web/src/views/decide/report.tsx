@@ -1,6 +1,6 @@
 /** Report of the findings of a mission, for printing. */
 import type { Finding, Mission } from "../../api/types";
-import { duration, eastNorth, likelihood, quantity } from "../../format";
+import { dateAndTime, duration, eastNorth, likelihood, quantity } from "../../format";
 import { useShell } from "../../shell/context";
 import { texts } from "../../texts";
 import { type Fact, Facts } from "../../ui/facts";
@@ -27,9 +27,10 @@ export function Report({ mission, onClose }: Props) {
   const phase = isSurvey ? texts.survey.phase(mission.phase === "done") : texts.names.phase[mission.phase];
   const facts: Fact[] = [
     [isSurvey ? texts.survey.survey : texts.report.mission, mission.mission_id],
-    [texts.report.printed, `${new Date().toISOString().slice(0, 16).replace("T", " ")} UTC`],
+    [texts.report.printed, dateAndTime(Date.now() / 1000)],
     [texts.header.phase, phase],
     [texts.header.outcome, texts.names.outcome[mission.outcome]],
+    [texts.report.started, mission.started_utc_s === null ? "" : dateAndTime(mission.started_utc_s)],
     [texts.header.elapsed, duration(mission.elapsed_s)],
     ...(isSurvey ? ofSurvey : ofFlight),
     [texts.report.findings, String(findings.length)],

@@ -145,17 +145,16 @@ export function PlanView() {
                 choose(`no_go[${plan.no_go.length}]`, true);
               }}
             />
-            <fieldset disabled={!mayCommand}>
-              <VertexTable
-                plan={plan}
-                shape={shape}
-                origin={origin}
-                vertex={vertex}
-                onVertex={setVertex}
-                onPlaces={changePlaces}
-                onPlan={editor.change}
-              />
-            </fieldset>
+            <VertexTable
+              plan={plan}
+              shape={shape}
+              origin={origin}
+              vertex={vertex}
+              mayChange={mayCommand}
+              onVertex={setVertex}
+              onPlaces={changePlaces}
+              onPlan={editor.change}
+            />
             {mayCommand && <ImportPicker files={files} />}
           </Panel>
           <Panel title={texts.plan.pattern} testId="plan-pattern">

@@ -2,6 +2,7 @@
 import type { Plan, StrategyParameter } from "../../api/types";
 import { capitalised } from "../../format";
 import { texts } from "../../texts";
+import { shownUnit } from "../../units";
 
 /**
  * Title of a parameter. Several letters are a word, single ones symbols of a paper: "Min factor", but "Initial c_s
@@ -18,7 +19,7 @@ export function parameterHint(parameter: StrategyParameter): string {
   const words = Object.keys(texts.plan.bounds) as (keyof typeof texts.plan.bounds)[];
   const bounds = words.flatMap((word) => {
     const value = parameter[word];
-    return value === null ? [] : [texts.plan.bound(texts.plan.bounds[word], value)];
+    return value === null ? [] : [texts.plan.bound(texts.plan.bounds[word], inShownUnit(parameter, value))];
   });
   const parts = [texts.plan.and(bounds), texts.plan.byDefault(defaultText(parameter))].filter((part) => part !== "");
   const hint = parts.join(", ");
@@ -28,8 +29,12 @@ export function parameterHint(parameter: StrategyParameter): string {
 export function defaultText({ default: value, unit }: StrategyParameter): string {
   if (value === null || value === false) return texts.plan.off;
   if (value === true) return texts.plan.on;
-  return unit === "" ? String(value) : `${value}\u202f${unit}`;
+  if (typeof value !== "number" || unit === "") return String(value);
+  return `${inShownUnit({ unit }, value)}\u202f${shownUnit(unit).unit}`;
 }
+
+const inShownUnit = ({ unit }: Pick<StrategyParameter, "unit">, value: number): number =>
+  Number((value * shownUnit(unit).factor).toPrecision(4));
 
 /** Increment of the arrow keys: smaller for small ranges. */
 export const parameterStep = ({ at_most, below }: StrategyParameter): number =>

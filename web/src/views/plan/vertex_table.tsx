@@ -22,6 +22,8 @@ import {
 
 const UNITS = ["m", "globe"] as const;
 type Unit = (typeof UNITS)[number];
+const KEY = "aos-gcs-corners";
+const storedUnit = (): Unit => UNITS.find((unit) => unit === localStorage.getItem(KEY)) ?? "m";
 /** Coordinates farther from the origin are typing errors: the station accepts areas within five kilometres only. */
 const LIMIT_M = 100_000;
 const WORLD: Geodetic = { latitude_deg: 0, longitude_deg: 0, altitude_amsl_m: 0 };
@@ -32,13 +34,19 @@ interface TableProps {
   /** Origin of coordinates in metres; without it only places on the globe can be given. */
   origin: Geodetic | null;
   vertex: number | null;
+  /** Observers read the corners, in metres or as coordinates. */
+  mayChange: boolean;
   onVertex(vertex: number | null): void;
   onPlaces(places: readonly Place[]): void;
   onPlan(plan: Plan): void;
 }
 
-export function VertexTable({ plan, shape, origin, vertex, onVertex, onPlaces, onPlan }: TableProps) {
-  const [wanted, setUnit] = useState<Unit>("m");
+export function VertexTable({ plan, shape, origin, vertex, mayChange, onVertex, onPlaces, onPlan }: TableProps) {
+  const [wanted, setWanted] = useState(storedUnit);
+  const setUnit = (chosen: Unit): void => {
+    localStorage.setItem(KEY, chosen);
+    setWanted(chosen);
+  };
   const unit = origin === null ? "globe" : wanted;
   const places = placesOf(plan, shape);
   const add = (): void => {
@@ -59,51 +67,53 @@ export function VertexTable({ plan, shape, origin, vertex, onVertex, onPlaces, o
           onChoose={setUnit}
         />
       </div>
-      {places.length > 0 && (
-        <table>
-          <thead>
-            <tr>
-              <th scope="col">#</th>
-              {(unit === "m" ? texts.plan.axes : [texts.plan.unit.globe]).map((column) => (
-                <th key={column} scope="col">
-                  {column}
+      <fieldset disabled={!mayChange}>
+        {places.length > 0 && (
+          <table>
+            <thead>
+              <tr>
+                <th scope="col">#</th>
+                {(unit === "m" ? texts.plan.axes : [texts.plan.unit.globe]).map((column) => (
+                  <th key={column} scope="col">
+                    {column}
+                  </th>
+                ))}
+                <th scope="col">
+                  <span class="visually-hidden">{texts.plan.remove}</span>
                 </th>
+              </tr>
+            </thead>
+            <tbody>
+              {places.map((place, index) => (
+                // A corner has no identity other than its index.
+                <VertexRow
+                  key={`${shape}-${index}`}
+                  place={place}
+                  index={index}
+                  origin={unit === "m" ? origin : null}
+                  isChosen={index === vertex}
+                  onFocus={() => onVertex(index)}
+                  onChange={(changed) => onPlaces(replaced(places, index, changed))}
+                  onRemove={() => {
+                    onVertex(null);
+                    onPlaces(removed(places, index));
+                  }}
+                />
               ))}
-              <th scope="col">
-                <span class="visually-hidden">{texts.plan.remove}</span>
-              </th>
-            </tr>
-          </thead>
-          <tbody>
-            {places.map((place, index) => (
-              // A corner has no identity other than its index.
-              <VertexRow
-                key={`${shape}-${index}`}
-                place={place}
-                index={index}
-                origin={unit === "m" ? origin : null}
-                isChosen={index === vertex}
-                onFocus={() => onVertex(index)}
-                onChange={(changed) => onPlaces(replaced(places, index, changed))}
-                onRemove={() => {
-                  onVertex(null);
-                  onPlaces(removed(places, index));
-                }}
-              />
-            ))}
-          </tbody>
-        </table>
-      )}
-      <div class="button-row">
-        <button type="button" data-testid="vertex-add" disabled={isFull} onClick={add}>
-          {isPoint(shape) ? texts.plan.setPoint : texts.plan.addCorner}
-        </button>
-        {(places.length > 0 || noGoIndex(shape) !== null) && (
-          <button type="button" data-testid="shape-clear" onClick={() => onPlan(withoutShape(plan, shape))}>
-            {texts.plan.removeShape(shapeTitle(shape))}
-          </button>
+            </tbody>
+          </table>
         )}
-      </div>
+        <div class="button-row">
+          <button type="button" data-testid="vertex-add" disabled={isFull} onClick={add}>
+            {isPoint(shape) ? texts.plan.setPoint : texts.plan.addCorner}
+          </button>
+          {(places.length > 0 || noGoIndex(shape) !== null) && (
+            <button type="button" data-testid="shape-clear" onClick={() => onPlan(withoutShape(plan, shape))}>
+              {texts.plan.removeShape(shapeTitle(shape))}
+            </button>
+          )}
+        </div>
+      </fieldset>
     </div>
   );
 }
