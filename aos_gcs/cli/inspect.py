@@ -14,6 +14,7 @@ from aos_gcs.errors import InputDataError
 
 def inspect(
     mission_dir: Annotated[Path, typer.Argument(help="Folder of one mission, which holds mission.sqlite.")],
+    *,
     as_json: Annotated[
         bool,
         typer.Option("--json", help="Print one JSON object instead of text; with --truth, one with mission and score."),
@@ -27,6 +28,14 @@ def inspect(
             dir_okay=False,
         ),
     ] = None,
+    audit: Annotated[
+        bool,
+        typer.Option(
+            "--audit",
+            help="Verify the audit chain instead: who did what when. Prints the digest, or the first entry that was "
+            "changed. Exit status 0: intact; 1: changed.",
+        ),
+    ] = False,
     truth_report: Annotated[
         Path | None,
         typer.Option(help="Report of the same simulator (--report-file), for the true distances.", dir_okay=False),
@@ -43,6 +52,9 @@ def inspect(
     from aos_gcs.store.reader import MissionReader  # noqa: PLC0415
     from aos_gcs.store.summary import summarise  # noqa: PLC0415
 
+    if audit:
+        _verify_audit(mission_dir, as_json=as_json)
+        return
     with MissionReader(mission_dir) as reader:
         summary = summarise(reader)
         snapshot = reader.last_snapshot()
@@ -58,3 +70,17 @@ def inspect(
     print_report(summary, with_steps=steps)
     if score is not None:
         typer.echo("\ncompared with the truth:\n" + "\n".join(f"  {line}" for line in score.lines()))
+
+
+def _verify_audit(mission_dir: Path, *, as_json: bool) -> None:
+    from aos_gcs.store.audit import verify_audit  # noqa: PLC0415 - heavy, only for this option
+
+    report = verify_audit(mission_dir)
+    if as_json:
+        typer.echo(json.dumps(dataclasses.asdict(report), indent=2))
+    elif report.fault is None:
+        typer.echo(f"intact: {len(report.entries)} entries, digest {report.digest}")
+    else:
+        typer.echo(f"changed: {report.fault}; the {len(report.entries)} entries before it are intact")
+    if report.fault is not None:
+        raise typer.Exit(1)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import groupby
+from pathlib import Path
 from typing import Final
 
 from aos_gcs.errors import InputDataError
@@ -15,6 +16,7 @@ from aos_gcs.mission.model.events import EventKind, NoticeRecord, PicturesRecord
 from aos_gcs.mission.model.findings import Finding, FindingStatus
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.steps import PictureKind
+from aos_gcs.store.audit import verify_audit
 from aos_gcs.store.reader import MissionReader
 
 _RANKS: Final = {FindingStatus.CONFIRMED: 0, FindingStatus.NEW: 1, FindingStatus.REJECTED: 2}
@@ -56,6 +58,7 @@ def read_handover(reader: MissionReader) -> Handover:
         frames=_frame_counts(reader),
         operators=_operators(actions, final),
         log=_log(reader, actions),
+        audit=_audit(reader.folder),
         coverage=_coverage(reader),
     )
 
@@ -125,6 +128,16 @@ def _refused(action: ActionRecord) -> LogEntry:
     whom = "" if action.vehicle_ids is None else f" (vehicles {', '.join(map(str, action.vehicle_ids))})"
     text = f"{action.operator or 'operator'}: {action.action.value}{whom} refused: {action.refusal}"
     return LogEntry(action.utc_s, "warning", "", text)
+
+
+def _audit(folder: Path) -> str:
+    try:
+        report = verify_audit(folder)
+    except InputDataError:
+        return "Audit log: recorded without a chain by an older version."
+    if report.fault is not None:
+        return f"Audit log: CHANGED, {report.fault}."
+    return f"Audit log: intact, {len(report.entries)} entries, digest {report.digest}."
 
 
 def _coverage(reader: MissionReader) -> Raster | None:

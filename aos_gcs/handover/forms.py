@@ -94,7 +94,7 @@ def activity_log(handover: Handover, writer: Writer, width: float) -> list[Flowa
         columns = ("Date and time", "Kind", "Vehicle", "Notable activities")
         content.append(listing(columns, rows, [0.22 * width, 0.10 * width, 0.11 * width, 0.57 * width]))
     prepared = [*box(8, "Prepared by (name, position, signature, date and time)"), Spacer(0, _ROOM)]
-    return [*content, boxes([[prepared]], [width])]
+    return [*content, boxes([[prepared]], [width]), paragraph(handover.audit, styles().small)]
 
 
 def _period(handover: Handover, writer: Writer) -> str:

@@ -153,6 +153,8 @@ class Handover:
     operators: tuple[str, ...]
     """Names of those who have commanded or decided something, in the order of the record."""
     log: tuple[LogEntry, ...]
+    audit: str
+    """Result of the verification of the audit chain, with its digest."""
     coverage: Raster | None
 
     @property

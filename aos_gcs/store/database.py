@@ -21,6 +21,7 @@ from aos_gcs.mission.model.phase import OutcomeRecord
 from aos_gcs.mission.model.steps import Picture, StepRecord
 from aos_gcs.mission.model.vehicles import SettingsRecord
 from aos_gcs.ports import Capture
+from aos_gcs.store.audit import ACTION, CHAINED_EVENTS, EVENT, MANIFEST, append_entry, is_chained
 from aos_gcs.store.codec import encode
 from aos_gcs.store.images import encode_image
 from aos_gcs.store.schema import (
@@ -45,9 +46,12 @@ class MissionDatabase:
         try:
             for name in (FRAMES_NAME, PICTURES_NAME, MAVLINK_NAME):
                 (folder / name).mkdir()
-            _replace(folder / MANIFEST_NAME, dump(manifest, indent=2).encode() + b"\n")
+            content = dump(manifest, indent=2) + "\n"
+            _replace(folder / MANIFEST_NAME, content.encode())
             self._connect(folder)
             self._connection.executescript(f"BEGIN; {TABLES} PRAGMA user_version = {SCHEMA_VERSION}; COMMIT;")
+            self._is_chained = True
+            append_entry(self._connection, MANIFEST, 0, None, content)
         except BaseException:
             # A folder without its tables is no mission, and would be in the way of the next attempt.
             shutil.rmtree(folder, ignore_errors=True)
@@ -84,6 +88,8 @@ class MissionDatabase:
         # WAL: readers never wait and a killed writer leaves every committed row; FULL: a field laptop may lose power
         self._connection.execute("PRAGMA journal_mode = WAL")
         self._connection.execute("PRAGMA synchronous = FULL")
+        # The record of an older version that is continued has no chain, and does not get one for its second half.
+        self._is_chained = is_chained(self._connection)
 
     def write(self, writes: Sequence[Write]) -> None:
         """Carry the writes out in one transaction; what its rows name is on the disk before they are.
@@ -107,9 +113,10 @@ class MissionDatabase:
 
     def add_event(self, event: Event) -> None:
         """Add a row to the events."""
-        self._execute(
-            "INSERT INTO events (seq, utc_s, kind, data)", event.seq, event.utc_s, event.kind.value, dump(event.data)
-        )
+        data = dump(event.data)
+        self._execute("INSERT INTO events (seq, utc_s, kind, data)", event.seq, event.utc_s, event.kind.value, data)
+        if event.kind in CHAINED_EVENTS:
+            self._chain(EVENT, event.seq, event.utc_s, data)
 
     def add_step(self, record: StepRecord, strategy_state: Mapping[str, object]) -> None:
         """Add a row to the steps, or replace the one of the same step."""
@@ -134,7 +141,9 @@ class MissionDatabase:
 
     def add_action(self, record: ActionRecord) -> None:
         """Add a row to the audit log."""
-        self._execute("INSERT INTO actions (utc_s, record)", record.utc_s, dump(record))
+        content = dump(record)
+        number = self._execute("INSERT INTO actions (utc_s, record)", record.utc_s, content)
+        self._chain(ACTION, number, record.utc_s, content)
 
     def add_settings(self, record: SettingsRecord) -> None:
         """Add a row to the settings of vehicles that were changed or set back."""
@@ -191,9 +200,14 @@ class MissionDatabase:
             self._connection.execute("PRAGMA journal_mode = DELETE")
         self._connection.close()
 
-    def _execute(self, insert_into: str, *values: object) -> None:
+    def _execute(self, insert_into: str, *values: object) -> int:
+        """Insert a row and return its number."""
         marks = ", ".join("?" * len(values))
-        self._connection.execute(f"{insert_into} VALUES ({marks})", values)
+        return self._connection.execute(f"{insert_into} VALUES ({marks})", values).lastrowid or 0
+
+    def _chain(self, source: str, row: int, utc_s: float, content: str) -> None:
+        if self._is_chained:
+            append_entry(self._connection, source, row, utc_s, content)
 
 
 def frame_digest(frame: Capture) -> str:

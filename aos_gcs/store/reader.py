@@ -26,8 +26,9 @@ from aos_gcs.mission.model.vehicles import SettingsRecord
 from aos_gcs.ports import Capture
 from aos_gcs.store.codec import decode
 from aos_gcs.store.images import EncodedImage, decode_image
-from aos_gcs.store.schema import DATABASE_NAME, MANIFEST_NAME, SCHEMA_VERSION, picture_path
-from aos_gcs.store.upgrade import FIRST_WITH_DECISIONS, FIRST_WITH_SETTINGS, OLDEST_VERSION, upgraded
+from aos_gcs.store.opening import SQLITE_DAMAGE, open_database
+from aos_gcs.store.schema import DATABASE_NAME, MANIFEST_NAME, picture_path
+from aos_gcs.store.upgrade import FIRST_WITH_DECISIONS, FIRST_WITH_SETTINGS, upgraded
 
 T = TypeVar("T")
 
@@ -43,8 +44,6 @@ MAX_UTC_S: Final = 1e11
 """Latest time of a record that is believed: the year 5138."""
 _DAMAGE: Final = (ValueError, TypeError, OverflowError, RecursionError)
 """What reading damaged data raises; data that are nested too deeply exhaust the parser's recursion."""
-_SQLITE_DAMAGE: Final = (sqlite3.Error, UnicodeDecodeError)
-"""What SQLite raises; its messages quote what is damaged, which Python may not be able to decode."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,7 +127,7 @@ class MissionReader:
         self._folder = folder
         if not (folder / DATABASE_NAME).is_file():
             raise InputDataError(f"{folder} is not a mission folder: it contains no {DATABASE_NAME}")
-        self._connection, self._version = _open(folder / DATABASE_NAME)
+        self._connection, self._version = open_database(folder / DATABASE_NAME)
 
     def __enter__(self) -> Self:
         return self
@@ -326,7 +325,7 @@ class MissionReader:
     def _rows(self, query: str, *values: object) -> list[sqlite3.Row]:
         try:
             return self._connection.execute(query, values).fetchall()
-        except _SQLITE_DAMAGE as error:
+        except SQLITE_DAMAGE as error:
             raise InputDataError(f"{self._folder / DATABASE_NAME} is damaged: {error}") from error
 
     @contextmanager
@@ -350,29 +349,3 @@ def _time_s(row: sqlite3.Row) -> float:
     if not 0.0 <= utc_s <= MAX_UTC_S:
         raise ValueError(f"{utc_s!r} is not a time")
     return utc_s
-
-
-def _open(database: Path) -> tuple[sqlite3.Connection, int]:
-    try:
-        return _checked(sqlite3.connect(f"{database.resolve().as_uri()}?mode=ro", uri=True))
-    except sqlite3.OperationalError as error:
-        # A mission that was not closed keeps a log beside the database, which even a reader must be able to lock.
-        text = f"{database} cannot be opened in place ({error}); copy the mission's folder and try there"
-        raise InputDataError(text) from error
-    except _SQLITE_DAMAGE as error:
-        raise InputDataError(f"{database} is damaged or not a mission: {error}") from error
-
-
-def _checked(connection: sqlite3.Connection) -> tuple[sqlite3.Connection, int]:
-    """Return the connection with the version of its layout."""
-    connection.row_factory = sqlite3.Row
-    try:
-        (version,) = connection.execute("PRAGMA user_version").fetchone()
-        (tables,) = connection.execute("SELECT count(*) FROM sqlite_schema WHERE name = 'steps'").fetchone()
-    except _SQLITE_DAMAGE:
-        connection.close()
-        raise
-    if not OLDEST_VERSION <= version <= SCHEMA_VERSION or not tables:
-        connection.close()
-        raise sqlite3.DatabaseError(f"expected a mission of version {SCHEMA_VERSION} or below, found version {version}")
-    return connection, version

@@ -68,6 +68,17 @@ CREATE TRIGGER actions_are_not_changed BEFORE UPDATE ON actions
 BEGIN SELECT RAISE(ABORT, 'the audit log is append-only'); END;
 CREATE TRIGGER actions_are_not_deleted BEFORE DELETE ON actions
 BEGIN SELECT RAISE(ABORT, 'the audit log is append-only'); END;
+CREATE TABLE audit (
+    entry INTEGER PRIMARY KEY,
+    source TEXT NOT NULL,
+    source_row INTEGER NOT NULL,
+    digest TEXT NOT NULL
+);
+CREATE INDEX audit_of_source ON audit (source, source_row);
+CREATE TRIGGER audit_is_not_changed BEFORE UPDATE ON audit
+BEGIN SELECT RAISE(ABORT, 'the audit log is append-only'); END;
+CREATE TRIGGER audit_is_not_deleted BEFORE DELETE ON audit
+BEGIN SELECT RAISE(ABORT, 'the audit log is append-only'); END;
 CREATE TABLE settings (
     id INTEGER PRIMARY KEY,
     utc_s REAL NOT NULL,

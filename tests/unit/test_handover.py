@@ -127,6 +127,7 @@ def test_the_document_says_what_was_found_decided_and_flown(folder: Path, paper:
     assert "Robin at 2026-05-03 11:20:05 CEST" in text
     assert "Kim: start refused: it has begun" in text
     assert "20260503-092000-ridge (m), sortie 2" in text
+    assert "Audit log: intact, 3 entries, digest " in text
     for title in ("Assignment (after ICS 204)", "Activity log (after ICS 214)", "Printed 2026-05-03 12:20:00 CEST"):
         assert title in text
 
