@@ -65,6 +65,8 @@ class ViewRaster:
     def inside(self, area_enu_m: Polygon) -> NDArray[np.bool_]:
         """Return which cells have their centre in a polygon, shape (rows, columns)."""
         rows, columns = self.views.shape
+        if not area_enu_m:
+            return np.zeros((rows, columns), dtype=np.bool_)
         x, y = np.array(area_enu_m, dtype=np.float64).T
         x, y = (x - self.west_m) / VIEW_CELL_M - 0.5, (self.north_m - y) / VIEW_CELL_M - 0.5
         row = np.arange(rows)
@@ -114,7 +116,8 @@ def ground_figures(
     """
     views = raster.views[raster.inside(area_enu_m)]
     # As often as each number of views occurs: the same for each posture.
-    shares = np.bincount(views, minlength=256) / max(1, views.size)
+    # Nothing of an area without cells, such as one that is still to be drawn, was seen.
+    shares = np.bincount(views, minlength=256) / views.size if views.size else np.eye(1, 256)[0]
     detection = None
     if occlusion is not None:
         detection = DetectionFigures(

@@ -34,14 +34,14 @@ class Mapper:
 
     def __init__(self) -> None:
         self.reports: list[GroundReport] = []
-        self.failure = ""
+        self.failure: Exception | None = None
         self.is_free = asyncio.Event()
         self.is_free.set()
 
     async def run(self, function: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> T:
         await self.is_free.wait()
         if self.failure:
-            raise WorkerError(self.failure)
+            raise self.failure
         result = await ThreadWorker().run(function, *args, **kwargs)
         assert isinstance(result, GroundReport)
         self.reports.append(result)
@@ -158,16 +158,17 @@ async def test_a_map_that_is_slow_delays_nothing_and_counts_what_it_leaves_out(t
     assert sum("cannot keep up" in text for text in flight.texts()) == 1
 
 
-async def test_a_map_that_fails_is_reported_once_and_the_mission_goes_on(tmp_path: Path) -> None:
+@pytest.mark.parametrize("failure", [WorkerError("it has ended (SIGKILL)"), ZeroDivisionError("division by zero")])
+async def test_a_map_that_fails_is_reported_once_and_the_mission_goes_on(tmp_path: Path, failure: Exception) -> None:
     worker = Mapper()
     flight = prepare(3, target=None, ground=GroundPlace(worker, tmp_path))
     async with flying(flight) as run:
         await flight.until(lambda: len(flight.view.steps()) >= 1)
-        worker.failure = "Map of searched ground has ended (SIGKILL)"
+        worker.failure = failure
         await flight.until(lambda: len(flight.view.steps()) >= 4)
         await flight.commands.act(Action.RETURN, None)
         await run
-    assert sum("not up to date: Map of searched ground has ended" in text for text in flight.texts()) == 1
+    assert sum(f"not up to date: {failure}" in text for text in flight.texts()) == 1
     ground = flight.view.snapshot().ground
     assert ground is not None
     assert ground.left_out >= 6

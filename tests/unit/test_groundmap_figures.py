@@ -89,6 +89,13 @@ def test_the_mean_detection_is_that_of_the_cells_not_of_the_mean_views() -> None
     assert figures.detection.lying == pytest.approx(figures.seen_fraction * everywhere, abs=1e-9)
 
 
+def test_nothing_of_an_area_that_is_still_to_be_drawn_was_seen() -> None:
+    figures = ground_figures(view_raster({(0, 0): FULL}), (), 0.85, 1, 0)
+    assert (figures.seen_fraction, figures.mean_views) == (0.0, 0.0)
+    assert figures.detection is not None
+    assert figures.detection.lying == 0.0
+
+
 def pixels(png: bytes) -> np.ndarray:
     return cv2.imdecode(np.frombuffer(png, np.uint8), cv2.IMREAD_UNCHANGED)
 

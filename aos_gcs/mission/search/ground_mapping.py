@@ -6,6 +6,7 @@ Buffered: yes, ``MAX_WAITING`` frames; when full: the oldest is left out and cou
 from __future__ import annotations
 
 import asyncio
+import logging
 from collections import deque
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -25,6 +26,8 @@ from aos_gcs.mission.journal import Journal
 from aos_gcs.mission.search.gallery import Gallery
 from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.ports import Severity, Worker
+
+_log = logging.getLogger(__name__)
 
 MAX_WAITING: Final = 32
 """Frames that may wait; one of 512 x 512 pixels and four bands takes 4 MiB."""
@@ -164,8 +167,10 @@ class GroundMapping:
             self._is_flushed, self._flushed_at_s = True, now_s
         try:
             report = await place.worker.run(add_frames, known[0], frames, known[1], pictures=draws, flush=writes)
-        except AosError as error:
+        except Exception as error:  # whatever it is: a defect of the map must not end the flight
             self._left_out += len(batch)
+            if not isinstance(error, AosError):
+                _log.exception("a defect of the map of searched ground")
             self._report(f"The map of searched ground is not up to date: {error}")
             return
         self._take(report, len(batch))
