@@ -44,6 +44,15 @@ def run(
         bool,
         typer.Option("--exit-when-done", help="Exit when the mission ends instead of keeping the dashboard available."),
     ] = False,
+    continued: Annotated[
+        Path | None,
+        typer.Option(
+            "--continue",
+            metavar="DIR",
+            help="Folder of a mission over the same area: its map of searched ground and its findings go on.",
+            file_okay=False,
+        ),
+    ] = None,
     plan: Annotated[bool, typer.Option("--plan", help="Print advice on the aperture and exit.")] = False,
 ) -> None:
     """Fly a mission with the vehicles of a configuration file.
@@ -64,8 +73,14 @@ def run(
     if headless:
         service.api.enabled = False
     stay = service.api.enabled and not exit_when_done
-    if not run_until_terminated(_fly(service, stay)):
+    if not run_until_terminated(_fly(service, _beginning(service, continued), stay=stay)):
         raise typer.Exit(EXIT_FAILED)
+
+
+def _beginning(config: ServiceConfig, continued: Path | None) -> NextSortie | None:
+    from aos_gcs.runtime.continuing import continued_sortie  # noqa: PLC0415 - heavy, only for this command
+
+    return None if continued is None else continued_sortie(config, continued)
 
 
 def _show_plan(config: ServiceConfig) -> None:
@@ -81,11 +96,11 @@ def _show_plan(config: ServiceConfig) -> None:
         typer.echo(f"- {reason}")
 
 
-async def _fly(config: ServiceConfig, stay: bool) -> bool:
+async def _fly(config: ServiceConfig, beginning: NextSortie | None, *, stay: bool) -> bool:
     """Fly one sortie after another, and return whether the last one neither failed nor was aborted."""
     from aos_gcs.mission.model.phase import Outcome  # noqa: PLC0415 - heavy, only for this command
 
-    outcome, following = await _fly_sortie(config, None, stay=stay)
+    outcome, following = await _fly_sortie(config, beginning, stay=stay)
     while following is not None:
         outcome, following = await _fly_sortie(config, following, stay=stay)
     return outcome not in {Outcome.FAILED, Outcome.ABORTED}

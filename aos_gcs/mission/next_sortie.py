@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.mission.model.findings import Finding
@@ -28,6 +29,8 @@ class NextSortie:
     """Identifier of the operation: that of its first mission."""
     text: str
     """What is proposed, for operators."""
+    folder: Path | None = None
+    """Folder of the former sortie's record; None: beside that of this one."""
 
 
 def next_sortie(
@@ -62,12 +65,17 @@ def next_sortie(
             origin=settings.origin if origin is None else origin,
             auto_start=False,
         ),
-        findings=tuple(_carried(finding, mission_id) for finding in findings),
+        findings=carried_findings(findings, mission_id),
         former_id=mission_id,
         number=2 if former is None else former.number + 1,
         operation=mission_id if former is None else former.operation,
         text=text,
     )
+
+
+def carried_findings(findings: Sequence[Finding], mission_id: str) -> tuple[Finding, ...]:
+    """Return the findings of a mission as the next sortie knows them."""
+    return tuple(_carried(finding, mission_id) for finding in findings)
 
 
 def _carried(finding: Finding, mission_id: str) -> Finding:

@@ -138,7 +138,7 @@ async def open_service(config: ServiceConfig, following: NextSortie | None = Non
                     ground=GroundPlace(
                         mapping,
                         _ground_of(config, mission_id),
-                        carried=None if following is None else _ground_of(config, following.former_id),
+                        carried=None if following is None else _ground_before(config, following),
                         interrupted=None if former is None else _ground_of(config, former.last.mission_id),
                     ),
                 )
@@ -165,6 +165,11 @@ def _handed_over(sharing: SharingSupervisor, mission: Coordinator) -> AbstractAs
 def _ground_of(config: ServiceConfig, mission_id: str) -> Path:
     """Return the folder of a mission's map of the searched ground."""
     return config.record.folder / mission_id / GROUND_NAME
+
+
+def _ground_before(config: ServiceConfig, following: NextSortie) -> Path:
+    """Return the folder of the map that a sortie goes on with."""
+    return _ground_of(config, following.former_id) if following.folder is None else following.folder / GROUND_NAME
 
 
 def _manifest(config: ServiceConfig, started: datetime, following: NextSortie | None) -> dict[str, object]:

@@ -10,11 +10,15 @@ import httpx
 import pytest
 
 from aos_gcs.cli import main
+from aos_gcs.config.file import read_config
+from aos_gcs.config.model import ServiceConfig
+from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.projection import Plane
 from aos_gcs.groundmap.ground_map import open_map
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.model.decisions import SearchRecord
 from aos_gcs.planning.settings import ForestSettings, MissionSettings
+from aos_gcs.runtime.continuing import continued_sortie
 from aos_gcs.runtime.viewer import Viewer
 from aos_gcs.store.database import MissionDatabase
 from tests.fakes.app import app_of
@@ -89,6 +93,58 @@ def test_bad_options_are_refused_by_name(
     folder = recorded(tmp_path / "m")
     assert run("searched", folder, *(one.format(folder=folder) for one in options)) == 2
     assert named in capsys.readouterr().err
+
+
+CONFIGURATION = """
+[mission]
+vehicles = 2
+any_vehicles = true
+{mission}
+[link]
+urls = ["udpin:127.0.0.1:0"]
+"""
+
+
+def configured(tmp_path: Path, mission: str = "area_enu_m = [[0, 0], [30, 0], [30, 30], [0, 30]]") -> ServiceConfig:
+    path = tmp_path / "mission.toml"
+    path.write_text(CONFIGURATION.format(mission=mission), "utf-8")
+    return read_config(path)
+
+
+def test_a_later_flight_continues_the_map_of_an_earlier_one(tmp_path: Path) -> None:
+    folder = recorded(tmp_path / "monday")
+    following = continued_sortie(configured(tmp_path), folder)
+    assert following.settings.origin == ORIGIN, "the frame of the map goes on"
+    assert following.settings.area_enu_m == ((0, 0), (30, 0), (30, 30), (0, 30))
+    assert (following.number, following.operation, following.former_id) == (2, "monday", "monday")
+    assert following.folder == folder
+    again = open_map(tmp_path / "ground", ORIGIN, 0.06, carried=following.folder / "ground")
+    assert again.header.frames == 3
+
+
+def test_a_mission_that_waits_for_its_plan_can_continue(tmp_path: Path) -> None:
+    assert continued_sortie(configured(tmp_path, ""), recorded(tmp_path / "monday")).settings.area_enu_m == ()
+
+
+@pytest.mark.parametrize(
+    ("mission", "named"),
+    [
+        ("area_enu_m = [[500, 0], [530, 0], [530, 30]]", "another area"),
+        ("area_enu_m = [[0, 0], [30, 0], [30, 30]]\norigin_deg = [47.1, 15.0, 400.0]", "origin"),
+    ],
+)
+def test_a_mission_of_another_place_is_not_continued(tmp_path: Path, mission: str, named: str) -> None:
+    with pytest.raises(ConfigurationError, match=named):
+        continued_sortie(configured(tmp_path, mission), recorded(tmp_path / "monday"))
+
+
+def test_nothing_is_flown_where_there_is_nothing_to_continue(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    configured(tmp_path)
+    MissionDatabase(tmp_path / "empty", {}).close()
+    assert run("run", tmp_path / "mission.toml", "--headless", "--continue", tmp_path / "empty") == 2
+    assert "no map of searched ground" in capsys.readouterr().err
 
 
 def test_a_mission_that_has_searched_nothing_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

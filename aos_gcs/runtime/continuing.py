@@ -1,0 +1,52 @@
+"""A sortie that continues the search of an earlier mission, whose record lies in a folder."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from aos_gcs.config.model import ServiceConfig
+from aos_gcs.config.settings import mission_settings
+from aos_gcs.errors import ConfigurationError
+from aos_gcs.groundmap.figures import view_raster
+from aos_gcs.mission.next_sortie import NextSortie, carried_findings
+from aos_gcs.runtime.searched_ground import read_searched_ground
+from aos_gcs.store.reader import MissionReader
+
+
+def continued_sortie(config: ServiceConfig, folder: Path) -> NextSortie:
+    """Return the beginning of a sortie by a configuration that continues the map and the findings of a mission.
+
+    Args:
+        config: configuration of the sortie.
+        folder: mission folder.
+
+    Raises:
+        ConfigurationError: the mission had another origin, or searched another area; the text names both.
+        InputDataError: the folder holds no map of searched ground, or is damaged.
+    """
+    ground, settings = read_searched_ground(folder), mission_settings(config)
+    if settings.origin not in {None, ground.origin}:
+        raise ConfigurationError(
+            f"--continue {folder}: that mission had the origin {ground.origin}, but the configuration has "
+            f"{settings.origin}. Take over its origin, or leave origin out."
+        )
+    both = view_raster({}, (*ground.area_enu_m, *settings.area_enu_m))
+    # Without an area, the mission waits for a plan.
+    if settings.area_enu_m and not (both.inside(ground.area_enu_m) & both.inside(settings.area_enu_m)).any():
+        raise ConfigurationError(
+            f"--continue {folder}: that mission searched another area, which this one's search area does not meet. "
+            "Continue a mission of this area, or leave --continue out."
+        )
+    with MissionReader(folder) as reader:
+        manifest, last = reader.manifest(), reader.last_snapshot()
+    number, operation, mission_id = manifest.get("sortie", 1), manifest.get("operation"), folder.resolve().name
+    return NextSortie(
+        settings=replace(settings, origin=ground.origin),
+        findings=() if last is None else carried_findings(last.findings, mission_id),
+        former_id=mission_id,
+        number=(number if isinstance(number, int) else 1) + 1,
+        operation=operation if isinstance(operation, str) else mission_id,
+        text=f"The map of searched ground and the findings of mission {mission_id} go on.",
+        folder=folder.resolve(),
+    )
