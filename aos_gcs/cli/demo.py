@@ -21,7 +21,7 @@ EXIT_NOT_FOUND = 1
 
 def demo(
     *,
-    vehicles: Annotated[int, typer.Option(help="Number of vehicles, 2 to 100.")] = 10,
+    vehicles: Annotated[int, typer.Option(help="Number of vehicles, 1 to 100.")] = 10,
     seed: Annotated[int, typer.Option(help="Random seed for the world and the strategy.", min=0)] = 1,
     strategy: Annotated[str, typer.Option(help="Swarm strategy.")] = "aos-apso",
     headless: Annotated[bool, typer.Option("--headless", help="Run without the dashboard.")] = False,
@@ -51,6 +51,14 @@ def demo(
     follow_ground: Annotated[
         bool, typer.Option("--follow-ground", help="Let the altitude layers follow the ground of --terrain.")
     ] = False,
+    search: Annotated[
+        str,
+        typer.Option(
+            metavar="MODE",
+            help="Flight along the legs: continuous, or with stops for each frame.",
+            show_default="as missions do by default",
+        ),
+    ] = "",
     origin: Annotated[
         str, typer.Option(help="Launch site: LAT,LON,ALT in degrees and metres above sea level.")
     ] = "48.3,14.3,260",
@@ -79,6 +87,7 @@ def demo(
         stones=stones,
         terrain=terrain,
         follow_ground=follow_ground,
+        search_mode=search,
         origin_deg=_place(origin),
         folder=folder,
         wait=wait,

@@ -19,7 +19,7 @@ from aos_gcs.lab.worlds import ErrorGrade
 from aos_gcs.mission.coordinator import Coordinator
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.next_sortie import NextSortie
-from aos_gcs.planning.settings import Deadlines
+from aos_gcs.planning.settings import Deadlines, SearchMode
 from aos_gcs.runtime.demo_terrain import EXIT_REFUSED, LEVEL, elevation_model, terrain_tables
 from aos_gcs.runtime.evaluation import Score, score_mission
 from aos_gcs.runtime.service import Service, open_service
@@ -67,6 +67,8 @@ class DemoOptions:
     """Shape of the ground: ``flat``, ``hills``, ``slope:PERCENT`` or a file with heights."""
     follow_ground: bool = False
     """Whether the altitude layers follow the ground."""
+    search_mode: str = ""
+    """Flight along the legs: ``continuous`` or with ``stops``; empty: as missions do by default."""
     origin_deg: tuple[float, float, float] = ORIGIN_DEG
     """Launch site: latitude, longitude, and altitude above sea level in metres."""
     folder: Path = Path("missions")
@@ -84,9 +86,12 @@ class DemoOptions:
         for name, choice, choices in (
             ("--autopilot", self.autopilot, AUTOPILOTS),
             ("--errors", self.errors, ErrorGrade),
+            ("--search", self.search_mode, ("", *SearchMode)),
         ):
             if choice not in tuple(choices):
-                raise ConfigurationError(f"{name} must be one of {', '.join(choices)}, but is {choice!r}.")
+                raise ConfigurationError(
+                    f"{name} must be one of {', '.join(filter(None, choices))}, but is {choice!r}."
+                )
         ranges = (
             ("--trees-per-ha", self.trees_per_ha, 0, MAX_TREES_PER_HA),
             ("--image-size", self.image_size_px, MIN_IMAGE_SIZE_PX, MAX_IMAGE_SIZE_PX),
@@ -203,6 +208,7 @@ def _tables(options: DemoOptions, link_port: int) -> dict[str, Any]:
         "swarm": {"strategy": options.strategy},
         "detection": {"stop_at_first": True},
         "flight": {"layer_spacing_m": spacing.layers_m},
+        "search": {"mode": options.search_mode} if options.search_mode else {},
         "preflight": {"upload_fence": True, "set_return_height": True, "overrides": overrides},
         **_uncertainty_tables(spacing),
         "deadlines": _real_deadlines(max(1.0, options.speed)),

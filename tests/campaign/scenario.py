@@ -14,6 +14,8 @@ from aos_gcs.planning.settings import (
     FlightSettings,
     MissionSettings,
     PreflightSettings,
+    SearchMode,
+    SearchSettings,
 )
 from aos_sim.errors.model import GRADES, NONE
 from aos_sim.swarm import DEFAULT_ORIGIN, SwarmOptions
@@ -48,6 +50,7 @@ class Scenario:
     spacing_m: float
     upload_fence: bool
     faults: tuple[Fault, ...]
+    mode: SearchMode = SearchMode.STOPS
 
     def without(self, fault: Fault) -> Scenario:
         """Return the scenario without one of its faults."""
@@ -56,7 +59,7 @@ class Scenario:
     def describe(self) -> str:
         """Return it in a few lines."""
         fence = ", fence uploaded" if self.upload_fence else ""
-        swarm = f"{self.vehicles} {self.autopilot}, {self.errors} positions"
+        swarm = f"{self.vehicles} {self.autopilot}, {self.errors} positions, {self.mode} search"
         head = f"SEED={self.seed}: {swarm}, layers {self.spacing_m:.1f} m apart{fence}"
         return "\n".join([head, *(f"  {fault.describe()}" for fault in self.faults)])
 
@@ -85,6 +88,7 @@ class Scenario:
             vehicle_ids=tuple(range(1, self.vehicles + 1)),
             origin=DEFAULT_ORIGIN,
             seed=self.seed,
+            search=SearchSettings(self.mode),
             flight=FlightSettings(lowest_layer_m=LOWEST_LAYER_M, layer_spacing_m=self.spacing_m),
             deadlines=Deadlines(
                 preflight_s=40.0,
@@ -115,4 +119,5 @@ def draw(seed: int) -> Scenario:
     weights = np.array([kind.WEIGHT for kind in kinds])
     drawn = rng.choice(len(kinds), size=int(rng.integers(1, MAX_FAULTS + 1)), p=weights / weights.sum())
     faults = sorted((kinds[int(row)].draw(rng, basis) for row in drawn), key=lambda fault: fault.at_s)
-    return Scenario(seed, autopilot, vehicles, errors, spacing_m, upload_fence, tuple(faults))
+    mode = SearchMode(str(rng.choice(list(SearchMode))))
+    return Scenario(seed, autopilot, vehicles, errors, spacing_m, upload_fence, tuple(faults), mode)

@@ -82,6 +82,7 @@ def refusal_of_file(tmp_path: Path, free_port: int, refusal):
     ("arguments", "sentence"),
     [
         (("--vehicles", "0"), "--vehicles must lie within 1 and 100, but is 0"),
+        (("--search", "hovering"), "--search must be one of continuous, stops, but is 'hovering'"),
         (("--vehicles", "101"), "--vehicles must lie within 1 and 100, but is 101"),
         (("--strategy", "hope"), "no strategy 'hope'; choose one of aos-apso"),
         (("--speed", "0"), "--speed must be above 0"),
@@ -185,7 +186,7 @@ def test_fields_of_the_file(refusal_of_file, end: str, sentence: str) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "sentence"),
     [
-        ("vehicles = 2", "vehicles = 1", "mission.vehicles"),
+        ("vehicles = 2", "vehicles = 0", "mission.vehicles"),
         ("udpin:", "carrier-pigeon:", "carrier-pigeon"),
         ("[link]", "[link]\ndriver = 'telepathy'", "unknown driver 'telepathy'; known are: mavlink"),
         ("area_enu_m = [[-10, 0], ", "area_deg = [[10.0, 0], ", "mission.area_deg needs mission.origin_deg"),
