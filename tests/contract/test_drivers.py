@@ -172,7 +172,7 @@ async def test_an_autopilot_keeps_to_its_fence_and_returns_at_its_return_height(
         facts = await vehicle.inspect(bench.after(100.0))
         assert facts.firmware == {"arducopter": "4.7.0 dev", "px4": "1.16.0"}[autopilot]
         await bench.fly(1)
-        outside = vehicle.execute(Goto(bench.frame.to_geodetic((0.0, 80.0, 10.0)), 5.0), bench.after(8.0))
+        outside = vehicle.execute(Goto(bench.frame.to_geodetic((0.0, 80.0, 10.0)), 5.0), bench.expiring(8.0))
         with pytest.raises(CommandRefusedError if autopilot == "arducopter" else CommandTimeoutError):
             await outside
         assert bench.motion(1).position_enu_m[1] < 5.0

@@ -232,7 +232,7 @@ async def test_a_return_height_is_set_on_the_ground_kept_in_the_air_and_set_back
 async def test_a_vehicle_that_does_not_answer_is_waited_for_until_the_deadline(implementation: str) -> None:
     async with open_bench(implementation, vehicles=1) as bench, bench.unanswering() as mute:
         for command in (Arm(), Hold(), ReturnToLaunch(), Land()):
-            deadline_s = bench.after(0.5)
+            deadline_s = bench.expiring(0.5)
             with pytest.raises(CommandTimeoutError, match="check link and vehicle"):
                 await mute.vehicle.execute(command, deadline_s)
             assert bench.clock.now_s() >= deadline_s - TIME_RESOLUTION_S
@@ -242,12 +242,12 @@ async def test_a_vehicle_that_does_not_answer_is_waited_for_until_the_deadline(i
             partial(mute.vehicle.upload_fence, fence),
             partial(mute.vehicle.set_return_height, 25.0),
         ):
-            deadline_s = bench.after(2.0)
+            deadline_s = bench.expiring(2.0)
             with pytest.raises(CommandTimeoutError, match="check link and vehicle"):
                 await call(deadline_s)
             assert bench.clock.now_s() >= deadline_s - TIME_RESOLUTION_S
         with pytest.raises(CaptureError):
-            await mute.vehicle.capture(bench.after(2.0))
+            await mute.vehicle.capture(bench.expiring(2.0))
 
 
 @each_implementation
@@ -262,5 +262,5 @@ async def test_only_hold_return_and_land_are_sent_to_a_vehicle_that_has_fallen_s
                 await mute.vehicle.execute(command, bench.after(30.0))
         for command in (Hold(), ReturnToLaunch(), Land()):
             with pytest.raises(CommandTimeoutError):
-                await mute.vehicle.execute(command, bench.after(0.5))
+                await mute.vehicle.execute(command, bench.expiring(0.5))
         assert mute.vehicle.state.heard_at_s == heard_at_s

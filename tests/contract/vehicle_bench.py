@@ -7,7 +7,7 @@ import math
 import socket
 from collections.abc import AsyncIterator, Callable
 from contextlib import AbstractAsyncContextManager, asynccontextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -25,6 +25,7 @@ from tests.fakes.air import GCS, HOST, Air
 from tests.fakes.air_flight import IMAGE_SIZE_PX, simulated
 from tests.fakes.fleet import FRAME, FakeFleet, FakeVehicle
 from tests.fakes.sim_errors import POSITIONS_ERR
+from tests.timing import patience
 
 MAVLINK, MAVSDK = "mavlink", "mavsdk"
 FAKE = "fake"
@@ -74,11 +75,18 @@ class Bench:
     frame: LocalFrame
     motion: Callable[[int], Motion]
     unanswering: Callable[[], AbstractAsyncContextManager[Unanswering]]
+    patience: float = field(default=1.0, kw_only=True)
+    """Factor by which limits of waiting are longer than written; 1 in virtual time."""
 
     def vehicle(self, vehicle_id: int) -> Vehicle:
         return self.fleet.vehicles()[vehicle_id]
 
-    def after(self, duration_s: float) -> float:
+    def after(self, limit_s: float) -> float:
+        """Return the deadline of what takes less than a limit of waiting."""
+        return self.clock.now_s() + limit_s * self.patience
+
+    def expiring(self, duration_s: float) -> float:
+        """Return a deadline that has to expire."""
         return self.clock.now_s() + duration_s
 
     async def until(self, condition: Callable[[], bool], within_s: float = 120.0) -> None:
@@ -203,7 +211,8 @@ async def open_driver(
                 yield Unanswering(bench.vehicle(MUTE_ID), mute.stop)
 
         bench = DriverBench(
-            fleet, vehicles, clock, swarm.frame, swarm.kinematics, unanswering, swarm, port, health, notices
+            *(fleet, vehicles, clock, swarm.frame, swarm.kinematics, unanswering, swarm, port, health, notices),
+            patience=patience() if name == MAVSDK else 1.0,
         )
         yield bench
 

@@ -124,6 +124,13 @@ def kill(pid: int) -> None:
         os.kill(pid, signal.SIGKILL)
 
 
+async def gone(pid: int, limit_s: float = 10.0) -> None:
+    """Wait until a process has ended."""
+    async with asyncio.timeout(scaled_s(limit_s)):
+        while await is_running(pid):  # noqa: ASYNC110 - it is not ours, so nothing announces it
+            await asyncio.sleep(POLL_S)
+
+
 async def is_running(pid: int) -> bool:
     """Return whether a process exists that has not ended."""
     listing = await asyncio.create_subprocess_exec("ps", "-o", "stat=", "-p", str(pid), stdout=asyncio.subprocess.PIPE)

@@ -19,7 +19,7 @@ from aos_gcs.runtime import api_supervisor, supervisor
 from aos_gcs.runtime.api_start import ApiStart
 from tests.fakes.api_process import CODE, Station, station
 from tests.fakes.app import OperatorClient
-from tests.fakes.program import is_running, running
+from tests.fakes.program import gone, running
 from tests.integration.test_run_service import unused_port, write_file
 
 pytestmark = pytest.mark.timeout(180)
@@ -99,8 +99,4 @@ async def test_it_ends_with_the_flights_process(tmp_path: Path, configuration: s
         (pid,) = await program.children("aos_gcs.runtime.api_process")
         program.stop(signal.SIGKILL)
         await program.ended(10)
-        for _ in range(200):
-            if not await is_running(pid):
-                break
-        else:
-            raise AssertionError("the dashboard's process is still running")
+        await gone(pid)

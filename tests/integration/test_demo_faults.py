@@ -15,7 +15,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from aos_gcs.mission.model.events import EventKind
 from aos_gcs.mission.model.phase import Outcome
 from aos_gcs.store.reader import MissionReader
-from tests.fakes.program import Program, is_running, kill, running
+from tests.fakes.program import Program, gone, is_running, kill, running
 
 SMALL = (
     *("--vehicles", "2", "--image-size", "64", "--trees-per-ha", "0", "--seed", "2", "--speed", "6"),
@@ -72,11 +72,7 @@ async def test_a_killed_demo_leaves_a_readable_record_and_no_simulator(tmp_path:
         try:
             program.stop(signal.SIGKILL)
             assert await program.ended(10) == -signal.SIGKILL
-            for _ in range(200):
-                if not await is_running(simulator):
-                    break
-            else:
-                raise AssertionError("the simulator is still running")
+            await gone(simulator)
         finally:
             kill(simulator)
     assert program.output == ""

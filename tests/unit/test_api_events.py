@@ -380,7 +380,7 @@ async def test_a_connection_that_the_server_has_closed_ends_quietly(mission: Scr
     websocket = create_autospec(WebSocket, instance=True)
     websocket.send_text.side_effect = RuntimeError('Cannot call "send" once a close message has been sent.')
     websocket.receive.side_effect = asyncio.Event().wait
-    async with asyncio.timeout(5.0):
+    async with asyncio.timeout(scaled_s(2.5)):
         await follow_events(websocket, EventHub(mission))
     websocket.send_text.assert_called_once()
 

@@ -7,12 +7,13 @@ import threading
 import pytest
 
 from aos_gcs.imaging import workers
+from tests.timing import scaled_s
 
 
 def test_several_items_are_in_flight_at_once_and_come_back_in_their_order(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("os.cpu_count", lambda: 2)
     workers._pool.cache_clear()
-    all_there = threading.Barrier(2, timeout=60.0)
+    all_there = threading.Barrier(2, timeout=scaled_s(30.0))
 
     def wait_for_other(item: int) -> int:
         all_there.wait()

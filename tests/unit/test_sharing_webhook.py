@@ -30,6 +30,7 @@ from aos_gcs.sharing.webhook.channel import WebhookChannel
 from aos_gcs.sharing.webhook.messages import FindingChanges, HookEvent, alert_message, finding_message
 from aos_gcs.sharing.webhook.queue import CAPACITY, HookQueue
 from tests.fakes.sharing import UTC_S, scripted, seen
+from tests.timing import scaled_s
 
 FOUND = Finding(1, FindingStatus.NEW, (10.0, 20.0, 1.0), 5.0, 8.0, 3, track_id=1, sigma_m=0.8, sightings=4)
 
@@ -217,7 +218,7 @@ async def test_a_receiver_gets_the_documented_request() -> None:
 
     async with served(take) as url, delivering(Client(ssl.create_default_context()), f"{url}/hook?a=b") as channel:
         channel.put(seen(shown(FOUND)))
-        async with asyncio.timeout(20.0):
+        async with asyncio.timeout(scaled_s(10.0)):
             while channel.status.sent < 2:  # noqa: ASYNC110 - nothing announces it
                 await asyncio.sleep(0.01)
     path, headers, body = requests[1]
