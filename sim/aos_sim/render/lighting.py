@@ -92,11 +92,14 @@ def light_ground(scene: Scene, occluders: RayCaster) -> LitGround:
         margin_m *= _DOWNHILL
     west, south = scene.area_enu_m.min(axis=0) - margin_m
     cells = math.ceil((scene.parameters.side_m + 2 * margin_m) / _SHADOW_CELL_M)
+    climate = CLIMATES[scene.parameters.conditions]
+    if occluders.is_empty:
+        sunlit = np.ones((cells, cells), np.bool_)
+        return LitGround(scene.ground, sunlit, float(west), float(south), climate, scene.relief)
     centre = (np.arange(cells) + 0.5) * _SHADOW_CELL_M
     east, north = np.meshgrid(west + centre, south + centre)
     points = np.column_stack([east.ravel(), north.ravel(), np.zeros(cells * cells)]).astype(np.float32)
     if scene.relief is not None:
         points = scene.relief.lifted(points)
     sunlit = occluders.is_free(points, np.broadcast_to(TO_SUN, points.shape).copy()).reshape(cells, cells)
-    climate = CLIMATES[scene.parameters.conditions]
     return LitGround(scene.ground, sunlit, float(west), float(south), climate, scene.relief)

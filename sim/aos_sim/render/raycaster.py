@@ -39,6 +39,11 @@ class RayCaster:
         # Embree builds the structure on the first cast, which two threads must not do at the same time.
         self._scene.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))
 
+    @property
+    def is_empty(self) -> bool:
+        """Whether there is nothing that a ray could hit."""
+        return self._scene is None
+
     def first_hit(self, origin_m: NDArray[np.floating], directions: FloatArray) -> NDArray[np.int32]:
         """Return the index of the nearest triangle per ray, shape (n,), or ``NO_HIT``.
 
