@@ -30,6 +30,14 @@ def searched(
             metavar="FILE.geojson", help="Write the polygons of the search area below --below.", dir_okay=False
         ),
     ] = None,
+    floor: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.tif",
+            help="Write the integral of all frames on the ground, colours and temperatures, as a GeoTIFF (extra geo).",
+            dir_okay=False,
+        ),
+    ] = None,
     below: Annotated[
         float, typer.Option(metavar="P", help="Probability of detection below which a place is a gap.")
     ] = 0.8,
@@ -43,15 +51,17 @@ def searched(
     # Reading a mission takes NumPy and OpenCV, which the other commands' help should not wait for.
     from aos_gcs.errors import ConfigurationError  # noqa: PLC0415
     from aos_gcs.exports.files import check_apart, check_writable, written_whole  # noqa: PLC0415
-    from aos_gcs.exports.ground_files import gaps_geojson, write_ground_raster  # noqa: PLC0415
+    from aos_gcs.exports.ground_files import gaps_geojson, write_forest_floor, write_ground_raster  # noqa: PLC0415
     from aos_gcs.groundmap.detection import Posture  # noqa: PLC0415
+    from aos_gcs.groundmap.ground_map import read_map  # noqa: PLC0415
     from aos_gcs.runtime.searched_ground import figures_of, read_searched_ground  # noqa: PLC0415
+    from aos_gcs.store.schema import GROUND_NAME  # noqa: PLC0415
 
     if posture not in list(Posture):
         raise ConfigurationError(f"--posture must be one of {', '.join(Posture)}, got {posture!r}.")
     if not 0.0 < below <= 1.0:
         raise ConfigurationError(f"--below must be above 0 and at most 1, got {below:g}.")
-    results = [path for path in (raster, gaps) if path is not None]
+    results = [path for path in (raster, gaps, floor) if path is not None]
     for path in results:
         check_writable(path)
     check_apart(results, None, mission_dir.rglob("*"))
@@ -62,6 +72,8 @@ def searched(
             file.write(text.encode())
     if raster is not None:
         write_ground_raster(raster, ground)
+    if floor is not None:
+        write_forest_floor(floor, read_map(mission_dir / GROUND_NAME))
     figures = figures_of(ground)
     if as_json:
         typer.echo(json.dumps(dataclasses.asdict(figures)))

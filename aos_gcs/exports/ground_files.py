@@ -19,7 +19,8 @@ from aos_gcs.exports.outlines import Ring, outlines
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.groundmap.detection import DETECTABILITY, Posture, detection_by_views
 from aos_gcs.groundmap.figures import Polygon, ViewRaster
-from aos_gcs.groundmap.tile import VIEW_CELL_M
+from aos_gcs.groundmap.ground_map import GroundMap
+from aos_gcs.groundmap.tile import COLOUR_CELL_M, COLOUR_CELLS, TILE_M, VIEW_CELL_M
 from aos_gcs.imaging.model import MapRaster
 
 LEAST_GAP_M2: Final = 4.0
@@ -76,6 +77,39 @@ def write_ground_raster(path: Path, ground: SearchedGround) -> None:
             LocalGeoreference(ground.origin).crs(0.0),
             descriptions=tuple(bands),
             nodata=None,
+        )
+
+
+def write_forest_floor(path: Path, ground: GroundMap) -> None:
+    """Write the integral of all frames on the ground as a cloud-optimised GeoTIFF, with cells of 0.25 m.
+
+    Bands: ``red``, ``green``, ``blue`` (0 to 255) and ``thermal`` (degrees Celsius, or what the cameras give in their
+    place); NaN where no frame has one.
+
+    Raises:
+        ConfigurationError: there is no tile, rasterio is not installed, or the file cannot be written.
+    """
+    if not ground.views:
+        raise ConfigurationError("The map of searched ground has no tile: nothing was searched.")
+    rows, columns = zip(*ground.views, strict=True)
+    first_row, first_column = min(rows), min(columns)
+    height, width = max(rows) - first_row + 1, max(columns) - first_column + 1
+    values = np.full((height * COLOUR_CELLS, width * COLOUR_CELLS, 4), np.nan, dtype=np.float32)
+    for index in sorted(ground.views):
+        tile = ground.tile(index)
+        if tile is not None:
+            top, left = (index[0] - first_row) * COLOUR_CELLS, (index[1] - first_column) * COLOUR_CELLS
+            values[top : top + COLOUR_CELLS, left : left + COLOUR_CELLS] = tile.means()
+    west_m, north_m = first_column * TILE_M, -first_row * TILE_M
+    place = MapRaster(west_m, north_m, COLOUR_CELL_M, values.shape[0], values.shape[1], rows_along_y=False)
+    with replaced_whole(path) as temporary:
+        write_geotiff(
+            temporary,
+            values,
+            place,
+            LocalGeoreference(ground.header.origin).crs(0.0),
+            descriptions=("red", "green", "blue", "thermal"),
+            nodata=float("nan"),
         )
 
 

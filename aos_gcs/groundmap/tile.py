@@ -59,6 +59,19 @@ class Tile:
             views=np.zeros((VIEW_CELLS, VIEW_CELLS), dtype=np.uint8),
         )
 
+    def means(self) -> NDArray[np.float32]:
+        """Return red, green, blue and temperature, means of all frames, shape (128, 128, 4); NaN where none is."""
+        values = np.full((COLOUR_CELLS, COLOUR_CELLS, 4), np.nan, dtype=np.float32)
+        np.divide(
+            self.colour_sum,
+            self.colour_count[..., np.newaxis],
+            out=values[..., :3],
+            where=self.colour_count[..., np.newaxis] > 0,
+            casting="unsafe",
+        )
+        np.divide(self.thermal_sum, self.thermal_count, out=values[..., 3], where=self.thermal_count > 0)
+        return values
+
     def mark_seen(self, window: tuple[slice, slice], squares: NDArray[np.int32], counts: NDArray[np.bool_]) -> None:
         """Count a view of cells where its direction is new.
 

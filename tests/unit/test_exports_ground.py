@@ -13,11 +13,15 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from aos_gcs.errors import ConfigurationError
-from aos_gcs.exports.ground_files import SearchedGround, gaps_geojson, write_ground_raster
+from aos_gcs.exports.ground_files import SearchedGround, gaps_geojson, write_forest_floor, write_ground_raster
 from aos_gcs.exports.outlines import outlines
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.geometry.projection import Plane
 from aos_gcs.groundmap.detection import DETECTABILITY, Posture, detection_by_views
 from aos_gcs.groundmap.figures import ViewRaster
+from aos_gcs.groundmap.ground_map import open_map
+from tests.fakes.ground_frames import COLOUR, ground_frame
+from tests.fakes.ground_frames import ORIGIN as FRAME_ORIGIN
 
 ORIGIN = GeodeticPosition(47.0, 15.0, 400.0)
 AREA = ((0.0, 0.0), (30.0, 0.0), (30.0, 20.0), (0.0, 20.0))
@@ -57,6 +61,28 @@ def test_outlines_enclose_their_cells_and_no_others(mask: np.ndarray) -> None:
             assert (steps[1:] != steps[:-1]).any(axis=1).all()
         painted |= (labels == label).astype(np.uint8)
     assert np.array_equal(painted, mask)
+
+
+def test_the_forest_floor_is_the_mean_of_all_frames_at_its_place(tmp_path: Path) -> None:
+    rasterio = pytest.importorskip("rasterio")
+    ground = open_map(tmp_path / "ground", FRAME_ORIGIN, 0.06)
+    ground.add(ground_frame(16.0, -16.0), Plane(0.0))
+    ground.add(ground_frame(60.0, -16.0, bands=("red", "green", "blue")), Plane(0.0))
+    write_forest_floor(tmp_path / "floor.tif", ground)
+    with rasterio.open(tmp_path / "floor.tif") as dataset:
+        row, column = dataset.index(16.0, -16.0)
+        assert [float(band[row, column]) for band in dataset.read()] == pytest.approx(COLOUR)
+        row, column = dataset.index(70.0, -16.0)
+        values = dataset.read()[:, row, column]
+        assert values[:3] == pytest.approx(COLOUR[:3])
+        assert np.isnan(values[3])
+        assert np.isnan(dataset.read(1)[dataset.index(16.0, -60.0)])
+        assert dataset.res == (0.25, 0.25)
+
+
+def test_nothing_is_written_of_a_map_without_tiles(tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError, match="nothing was searched"):
+        write_forest_floor(tmp_path / "floor.tif", open_map(tmp_path / "ground", FRAME_ORIGIN, 0.06))
 
 
 def searched(occlusion: float | None = 0.85) -> SearchedGround:

@@ -52,13 +52,14 @@ def run(*arguments: object) -> int:
 
 def test_the_command_tells_figures_and_writes_files(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = recorded(tmp_path / "m")
-    raster, gaps = tmp_path / "pod.tif", tmp_path / "gaps.geojson"
-    assert run("searched", folder, "--raster", raster, "--gaps", gaps, "--below", 0.99) == 0
+    raster, gaps, floor = tmp_path / "pod.tif", tmp_path / "gaps.geojson", tmp_path / "floor.tif"
+    assert run("searched", folder, "--raster", raster, "--gaps", gaps, "--floor", floor, "--below", 0.99) == 0
     told = capsys.readouterr().out
     assert "55% of the area seen" in told
     assert "3 frames" in told
     assert "mean probability of detection: standing" in told
     assert raster.stat().st_size > 500
+    assert floor.stat().st_size > 500
     areas = [one["properties"]["area_m2"] for one in json.loads(gaps.read_text("utf-8"))["features"]]
     assert sum(areas) == 400.0, "three views are not enough anywhere"
     assert run("searched", folder, "--json") == 0
