@@ -78,12 +78,17 @@ def _heading(plan: MissionPlan, plane_height_m: float) -> Proposal | None:
     best_s, best_rad = min(zip(others_s, legs_of, strict=True))
     if best_s > _WORTH_TURNING * present_s:
         return None
-    count = len(legs_of[best_rad])
-    reason = (
-        f"Heading {math.degrees(best_rad):.0f}°: {count} {'leg' if count == 1 else 'legs'} and a flight of "
-        f"{best_s / 60.0:.1f} min, against {len(present)} and {present_s / 60.0:.1f} min."
-    )
-    return Proposal("scan_heading_rad", best_rad, reason)
+    better, worse = _figures(plan, len(legs_of[best_rad]), best_s), _figures(plan, len(present), present_s)
+    return Proposal("scan_heading_rad", best_rad, f"Heading {math.degrees(best_rad):.0f}°: {better}, against {worse}.")
+
+
+def _figures(plan: MissionPlan, legs: int, flight_s: float) -> str:
+    """Return the figures of a flight as the estimate of a plan shows them, so that both can be compared."""
+    minutes, seconds = divmod(math.floor(flight_s), 60)
+    hours, minutes = divmod(minutes, 60)
+    time = f"{hours}:{minutes:02}:{seconds:02}" if hours else f"{minutes:02}:{seconds:02}"
+    battery = 100.0 * flight_s / plan.endurance_s
+    return f"{legs} {'leg' if legs == 1 else 'legs'}, {time}, {battery:.0f} % of the battery"
 
 
 def _aperture(plan: MissionPlan, plane_height_m: float) -> list[Proposal]:

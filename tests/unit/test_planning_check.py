@@ -234,7 +234,7 @@ def test_a_long_area_is_better_searched_along() -> None:
     (proposal,) = propose(replace(PLAN, area_enu_m=long), 0.0)
     assert proposal.field == "scan_heading_rad"
     assert math.degrees(proposal.value) == pytest.approx(90.0, abs=10.0)
-    assert "1 leg and" in proposal.reason
+    assert ": 1 leg, " in proposal.reason
 
 
 @pytest.mark.parametrize("area_enu_m", [SQUARE, circle(40.0, 5), ((0.0, 0.0), (160.0, 20.0), (30.0, 90.0))])
@@ -250,7 +250,11 @@ def test_another_heading_is_proposed_only_where_the_estimate_says_that_it_is_fas
         present_s = estimate_plan(plan, 0.0).flight_s
         for proposal in propose(plan, 0.0):
             turned = replace(plan, scan_heading_rad=proposal.value)
-            assert estimate_plan(turned, 0.0).flight_s < present_s
+            estimate = estimate_plan(turned, 0.0)
+            assert estimate.flight_s < present_s
+            # Told in the figures and the form of the estimate.
+            minutes, seconds = divmod(int(estimate.flight_s), 60)
+            assert f"{minutes:02}:{seconds:02}, {100 * estimate.battery_fraction:.0f} % of" in proposal.reason
             assert propose(turned, 0.0) == ()
 
 
