@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import os
+import re
+import stat
 from pathlib import Path
 
 from fastapi import FastAPI
+from starlette.datastructures import Headers
 from starlette.exceptions import HTTPException
 from starlette.responses import FileResponse, HTMLResponse, Response
 from starlette.staticfiles import StaticFiles
@@ -23,8 +26,15 @@ _NOT_BUILT = """<!doctype html><html lang="en"><meta charset="utf-8"><title>aos-
 """
 
 
+_ENCODINGS = {"br": ".br", "gzip": ".gz"}
+"""Endings of the compressed forms that the build has written beside its files, by their names in HTTP; best first."""
+
+
 class _Files(StaticFiles):
-    """Files with a rule for browsers' caches. A folder that does not exist (not built) has no files."""
+    """Files with a rule for browsers' caches, sent compressed where the build has done that and the browser reads it.
+
+    A folder that does not exist (not built) has no files.
+    """
 
     def __init__(self, directory: Path, cache_control: str) -> None:
         super().__init__(directory=directory, check_dir=False)
@@ -35,12 +45,35 @@ class _Files(StaticFiles):
         if not await asyncio.to_thread(self._folder.is_dir):
             raise HTTPException(status_code=404)
 
+    async def get_response(self, path: str, scope: Scope) -> Response:
+        """Return the best form of a file that the browser accepts."""
+        if not path.endswith(tuple(_ENCODINGS.values())):
+            accepted = Headers(scope=scope).get("accept-encoding", "")
+            for encoding in _accepted(accepted):
+                form, found = await asyncio.to_thread(self.lookup_path, path + _ENCODINGS[encoding])
+                if found is not None and stat.S_ISREG(found.st_mode):
+                    response = self.file_response(form, found, scope)
+                    response.headers["Content-Encoding"] = encoding
+                    response.headers["Vary"] = "Accept-Encoding"
+                    return response
+        return await super().get_response(path, scope)
+
     def file_response(
         self, full_path: str | os.PathLike[str], stat_result: os.stat_result, scope: Scope, status_code: int = 200
     ) -> Response:
         response = super().file_response(full_path, stat_result, scope, status_code)
         response.headers["Cache-Control"] = self._cache_control
         return response
+
+
+def _accepted(accept_encoding: str) -> list[str]:
+    """Return the encodings of ours that a browser reads, best first; what it refuses has the weight 0."""
+    weights = {}
+    for part in accept_encoding.lower().split(","):
+        name, _, parameters = part.partition(";")
+        weights[name.strip()] = parameters.replace(" ", "")
+    refused = re.compile(r"q=0(\.0*)?")
+    return [one for one in _ENCODINGS if one in weights and not refused.fullmatch(weights[one])]
 
 
 def add_page(app: FastAPI, static_folder: Path | None = None) -> None:

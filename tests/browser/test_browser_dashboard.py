@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 import pytest
-from playwright.async_api import Page, Route, expect
+from playwright.async_api import Page, Request, Route, expect
 
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.ports import Severity
@@ -22,6 +22,9 @@ from tests.browser.pages import (
 from tests.fakes.scripted_vehicle import REFUSING_ID, SILENT_ID
 
 pytestmark = pytest.mark.asyncio(loop_scope="session")
+
+MAX_FIRST_LOAD_BYTES = 450_000
+"""All that is sent until the page is shown."""
 
 REFUSED_STEP = 5
 """Step in which the scripted mission refuses a waypoint."""
@@ -247,6 +250,12 @@ async def test_an_operator_can_command_although_answers_of_the_station_are_lost(
 async def test_a_hundred_vehicles_are_seen_at_a_glance_the_worst_first(page: Page, dashboard_build: None) -> None:  # noqa: ARG001 - a check
     async with serving(vehicles=100) as service:
         await page.set_viewport_size({"width": 1920, "height": 1080})
+        requests: list[Request] = []
+
+        def note(request: Request) -> None:
+            requests.append(request)
+
+        page.on("requestfinished", note)
         await open_page(page, service.url)
         tiles = page.get_by_test_id("vehicles").locator("button[data-testid^=vehicle-]")
         await expect(tiles).to_have_count(100)
@@ -254,6 +263,9 @@ async def test_a_hundred_vehicles_are_seen_at_a_glance_the_worst_first(page: Pag
             await expect(tile).to_be_in_viewport(ratio=1)
         await expect(tiles.first).to_have_attribute("data-level", "critical")
         service.freeze()
+        page.remove_listener("requestfinished", note)
+        sent = [await request.sizes() for request in requests]
+        assert sum(one["responseBodySize"] + one["responseHeadersSize"] for one in sent) <= MAX_FIRST_LOAD_BYTES
 
         await page.get_by_test_id("fleet-filter-attention").click()
         await expect(tiles.last).to_have_attribute("data-level", re.compile("warning|critical"))

@@ -216,6 +216,35 @@ async def test_page_is_revalidated_and_its_hashed_files_are_kept(mission: Script
         assert (await client.get("/../secret")).status_code == 404
 
 
+@pytest.mark.parametrize(
+    ("accepted", "encoding", "content"),
+    [
+        ("gzip, deflate, br, zstd", "br", b"brotli"),
+        ("gzip, deflate", "gzip", b"zipped"),
+        ("br;q=0, gzip;q=0.5", "gzip", b"zipped"),
+        ("br; q=0.0, gzip; q=0", None, b"plain"),
+        ("identity", None, b"plain"),
+    ],
+)
+async def test_files_are_sent_in_the_best_form_that_the_browser_reads(
+    mission: ScriptedMission, tmp_path: Path, accepted: str, encoding: str | None, content: bytes
+) -> None:
+    folder = tmp_path / "assets"
+    folder.mkdir()
+    for ending, form in (("", b"plain"), (".gz", b"zipped"), (".br", b"brotli")):
+        (folder / f"index-1a2b.js{ending}").write_bytes(form)
+    (folder / "small.css").write_text("p{}")
+    transport = httpx.ASGITransport(app_of(mission, tmp_path))
+    async with OperatorClient(transport=transport, base_url=BASE_URL) as client:
+        async with client.stream("GET", "/assets/index-1a2b.js", headers={"Accept-Encoding": accepted}) as response:
+            assert b"".join([part async for part in response.aiter_raw()]) == content
+        assert response.headers.get("content-encoding") == encoding
+        assert response.headers["content-type"].startswith("text/javascript")
+        assert "immutable" in response.headers["cache-control"]
+        plain = await client.get("/assets/small.css", headers={"Accept-Encoding": accepted})
+        assert (plain.text, plain.headers.get("content-encoding")) == ("p{}", None)
+
+
 def test_a_target_shows_the_ellipse_of_its_error_in_degrees() -> None:
     estimate = TargetEstimate(
         (3.0, 4.0, 0.5),
