@@ -12,6 +12,9 @@ from typing import Final
 
 from aos_gcs.errors import ConfigurationError
 
+MISSION_BASEMAP: Final = "basemap.pmtiles"
+"""Name of the base map in a mission folder, which is shown where the configuration names none."""
+
 _MAGIC: Final = b"PMTiles"
 _VERSION: Final = 3
 _HEADER: Final = struct.Struct("<7sB8Q3Q6B")

@@ -77,6 +77,7 @@ async def _show(folder: Path, config: ApiConfig) -> None:
                 sortie_choice=operation,
                 handovers=handovers,
                 terrain=operation.terrain,
+                folder=folder,
             ),
             asyncio.TaskGroup() as group,
         ):

@@ -52,7 +52,14 @@ async def _show(listener: socket.socket, mirror: MissionMirror, start: ApiStart,
         operation.keep(mirror.snapshot().mission_id, viewer)
         handovers = HandoverPrinter(lambda: start.mission_folder, LoopClock().utc_s)
         async with serve_flight(
-            listener, mirror, start.api, start.secrets(), viewer=viewer, operation=operation, handovers=handovers
+            listener,
+            mirror,
+            start.api,
+            start.secrets(),
+            viewer=viewer,
+            operation=operation,
+            handovers=handovers,
+            folder=start.mission_folder,
         ):
             alive.begin_to_serve()
             await asyncio.Event().wait()

@@ -5,9 +5,10 @@ from __future__ import annotations
 import socket
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from pathlib import Path
 
 from aos_gcs.api.app import create_app
-from aos_gcs.api.basemap_file import check_basemap
+from aos_gcs.api.basemap_file import MISSION_BASEMAP, check_basemap
 from aos_gcs.api.server import serve, serve_on
 from aos_gcs.bridge.mirror import MissionMirror
 from aos_gcs.config.model import ApiConfig
@@ -28,6 +29,7 @@ async def serve_flight(
     viewer: ViewControl,
     handovers: HandoverControl,
     operation: OperationView,
+    folder: Path,
 ) -> AsyncIterator[None]:
     """Serve the dashboard of a mission in another process for as long as the context is entered.
 
@@ -39,6 +41,7 @@ async def serve_flight(
         viewer: views of recorded frames.
         handovers: hand-overs of the record.
         operation: sorties of its operation.
+        folder: mission folder.
     """
     app = create_app(
         mission,
@@ -49,7 +52,7 @@ async def serve_flight(
         handovers=handovers,
         operation=operation,
         plans_folder=config.plans_folder,
-        basemap_file=config.basemap,
+        basemap_file=config.basemap or folder / MISSION_BASEMAP,
         upstream=mission,
     )
     async with serve_on(app, listener):
@@ -69,6 +72,7 @@ async def open_dashboard(
     operation: OperationView | None = None,
     sortie_choice: SortieChoice | None = None,
     terrain: TerrainSettings | None = None,
+    folder: Path | None = None,
 ) -> AsyncIterator[None]:
     """Serve the dashboard of a mission that is only shown, for as long as the context is entered.
 
@@ -83,6 +87,7 @@ async def open_dashboard(
         operation: sorties of the mission's operation; None for surveys.
         sortie_choice: choice of the sortie that is replayed.
         terrain: elevation model of the mission.
+        folder: mission folder, whose base map is shown where the configuration names none.
 
     Raises:
         LinkError: its port cannot be opened.
@@ -101,7 +106,7 @@ async def open_dashboard(
         operation=operation,
         sortie_choice=sortie_choice,
         plans_folder=config.plans_folder,
-        basemap_file=config.basemap,
+        basemap_file=config.basemap or (None if folder is None else folder / MISSION_BASEMAP),
         terrain=terrain,
     )
     async with serve(app, config.host, config.port) as address:

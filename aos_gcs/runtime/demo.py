@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from aos_gcs.api.basemap_file import MISSION_BASEMAP
 from aos_gcs.config.file import parse_config
 from aos_gcs.errors import ConfigurationError, LinkError
 from aos_gcs.lab.spacing import Spacing, spacing_for
@@ -132,6 +133,8 @@ class Demo:
         await asyncio.to_thread(folder.mkdir)
         world_file, report_file = folder / "world.json", folder / "report.json"
         command = _simulator_command(self._options, self._link_port, world_file, report_file)
+        if self._options.port is not None:
+            command += ["--map-file", str(self.folder / MISSION_BASEMAP)]
         async with _process(command, folder / "simulator.log") as simulator, asyncio.TaskGroup() as group:
             guard = group.create_task(self._watch(simulator, folder / "simulator.log"))
             snapshot = await self._service.run()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,14 +11,15 @@ from typing import Annotated
 
 import typer
 
-from aos_gcs.errors import ConfigurationError
+from aos_gcs.errors import AosError, ConfigurationError
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_sim.errors.model import error_model
+from aos_sim.map_picture import draw_map
 from aos_sim.report import write_report
 from aos_sim.swarm import SimulatedSwarm, SwarmOptions
-from aos_sim.world.scene import SceneParameters, build_relief, build_scene
+from aos_sim.world.scene import Scene, SceneParameters, build_relief, build_scene
 from aos_sim.world.terrain_file import write_geotiff
-from aos_sim.world_file import World, scene_parameters, write_world_file
+from aos_sim.world_file import scene_parameters, write_world_file
 from aos_sim.world_options import (
     Animals,
     Cloths,
@@ -49,11 +51,14 @@ from aos_sim.world_options import (
     world_of,
 )
 
+_log = logging.getLogger(__name__)
+
 
 @dataclass(frozen=True, slots=True)
 class _Files:
     world: Path | None
     report: Path | None
+    map: Path | None
 
 
 def sim(
@@ -127,6 +132,9 @@ def sim(
         Path | None, typer.Option(help="Write the truth about the world here, as JSON, before the first heartbeat.")
     ] = None,
     report_file: ReportFile = None,
+    map_file: Annotated[
+        Path | None, typer.Option(help="Write a base map of the forest here (PMTiles), without persons or animals.")
+    ] = None,
     exit_with_parent: ExitWithParent = False,
 ) -> None:
     """Simulate a swarm of camera drones over a forest, each speaking MAVLink like a real one."""
@@ -173,7 +181,8 @@ def sim(
         return
     scene = build_scene(parameters, options.origin)
     swarm = SimulatedSwarm(options, image_source(scene, model, no_render), scene.relief)
-    asyncio.run(_simulate(swarm, world_of(scene), _Files(world_file, report_file), exit_with_parent))
+    files = _Files(world_file, report_file, map_file)
+    asyncio.run(_simulate(swarm, scene, files, exit_with_parent))
 
 
 def _write_terrain(path: Path, parameters: SceneParameters, origin: GeodeticPosition) -> None:
@@ -183,7 +192,7 @@ def _write_terrain(path: Path, parameters: SceneParameters, origin: GeodeticPosi
     write_geotiff(path, relief, origin)
 
 
-async def _simulate(swarm: SimulatedSwarm, world: World, files: _Files, exit_with_parent: bool) -> None:
+async def _simulate(swarm: SimulatedSwarm, scene: Scene, files: _Files, exit_with_parent: bool) -> None:
     """Run until a signal or the parent's end asks to stop."""
 
     def report() -> None:
@@ -192,9 +201,20 @@ async def _simulate(swarm: SimulatedSwarm, world: World, files: _Files, exit_wit
 
     stop = stop_on_signals()
     if files.world is not None:
-        write_world_file(files.world, world, swarm.options.origin, swarm.homes_enu_m, swarm.start_utc_s)
-    async with swarm:
+        write_world_file(files.world, world_of(scene), swarm.options.origin, swarm.homes_enu_m, swarm.start_utc_s)
+    async with swarm, asyncio.TaskGroup() as group:
+        if files.map is not None:
+            # Beside the vehicles, which it must not delay.
+            group.create_task(asyncio.to_thread(_draw_map, files.map, scene, swarm.options.origin))
         await work_until(stop, exit_with_parent, report)
+
+
+def _draw_map(path: Path, scene: Scene, origin: GeodeticPosition) -> None:
+    """Draw the base map. Vehicles fly without one as well."""
+    try:
+        draw_map(path, scene, origin)
+    except AosError as error:
+        _log.warning("No base map: %s", error)
 
 
 def _parse_parameters(texts: list[str]) -> dict[str, float]:

@@ -77,6 +77,42 @@ async def test_the_map_lies_on_pictures(map_page: Page, tmp_path: Path, page_rec
         assert page_record.errors == []
 
 
+async def test_a_map_is_chosen_or_dropped_in_the_browser_and_others_are_refused(
+    map_page: Page, page_record: PageRecord
+) -> None:
+    tile = io.BytesIO()
+    Image.new("RGB", (256, 256), ORANGE).save(tile, "PNG")
+    archive = pmtiles(tile.getvalue(), PNG)
+    async with serving() as service:
+        await open_page(map_page, service.url)
+        places = await map_places(map_page)
+        await show_only(map_page, "basemap")
+        background = await places.colour(20.0, 40.0)
+        await map_page.get_by_test_id("map-layers").click()
+        chooser, refusal = map_page.get_by_test_id("basemap-file"), map_page.get_by_test_id("basemap-refusal")
+        for name, content in (("notes.pmtiles", b"no map"), ("cut.pmtiles", archive[:-1])):
+            await chooser.set_input_files({"name": name, "mimeType": "", "buffer": content})
+            await expect(refusal).to_contain_text(f"{name} is no complete PMTiles file")
+        assert await places.colour(20.0, 40.0) == background
+        await chooser.set_input_files({"name": "team.pmtiles", "mimeType": "", "buffer": archive})
+        await places.await_colour(20.0, 40.0, ORANGE)
+        await expect(refusal).to_be_empty()
+        await map_page.get_by_test_id("basemap-forget").click()
+        await expect(map_page.get_by_test_id("basemap-forget")).to_be_hidden()
+        await map_page.evaluate(
+            """([bytes]) => {
+              const files = new DataTransfer();
+              files.items.add(new File([new Uint8Array(bytes)], "dropped.pmtiles"));
+              const dropped = new DragEvent("drop", { dataTransfer: files, bubbles: true, cancelable: true });
+              document.querySelector("[data-testid=map]").dispatchEvent(dropped);
+            }""",
+            [list(archive)],
+        )
+        await places.await_colour(20.0, 40.0, ORANGE)
+        await expect(map_page.get_by_test_id("basemap-forget")).to_contain_text("dropped.pmtiles")
+        assert page_record.foreign_requests == []
+
+
 @pytest.mark.parametrize(
     "names",
     [

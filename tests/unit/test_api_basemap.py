@@ -7,7 +7,7 @@ from pathlib import Path
 import httpx
 import pytest
 
-from aos_gcs.api.basemap_file import check_basemap
+from aos_gcs.api.basemap_file import MISSION_BASEMAP, check_basemap
 from aos_gcs.clock import LoopClock
 from aos_gcs.config.model import ApiConfig
 from aos_gcs.errors import ConfigurationError
@@ -34,6 +34,19 @@ async def test_browsers_read_the_ranges_that_they_show(tmp_path: Path) -> None:
     assert response.status_code == 206
     assert response.content == bytes(range(10, 20))
     assert response.headers["content-range"] == "bytes 10-19/200"
+
+
+async def test_a_map_that_comes_later_is_shown_and_another_has_another_address(tmp_path: Path) -> None:
+    """The demo's map is drawn beside its mission, and every sortie has its own."""
+    file = tmp_path / MISSION_BASEMAP
+    async with client_of(file) as client:
+        assert (await client.get("/api/basemap")).json() == {"url": None}
+        file.write_bytes(b"first")
+        first = (await client.get("/api/basemap")).json()["url"]
+        file.write_bytes(b"the second")
+        second = (await client.get("/api/basemap")).json()["url"]
+        assert (await client.get(second)).content == b"the second"
+    assert first != second
 
 
 async def test_without_a_base_map_the_page_is_told_so() -> None:

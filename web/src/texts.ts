@@ -190,6 +190,10 @@ export const texts = {
     picture: "Image",
     noPicture: "None",
     opacity: "Opacity",
+    chooseBasemap: "Base map file (PMTiles)",
+    forgetBasemap: (name: string) => `Remove ${name}`,
+    notBasemap: (name: string) =>
+      `${name} is no complete PMTiles file that browsers read. Make one with aos-gcs basemap.`,
     noWebGl: "The map needs WebGL, which this browser does not provide. Everything else on this page works.",
     noOrigin: "The map appears when the first vehicle has reported its position.",
     cursor: "Cursor position",

@@ -9,7 +9,7 @@ export interface paths {
     };
     /**
      * Read Basemap
-     * @description Return where the base map is, if there is one.
+     * @description Return where the base map is, if there is one; another file has another address.
      */
     get: operations["read_basemap_api_basemap_get"];
     put?: never;
@@ -20,7 +20,7 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
-  "/api/basemap/tiles.pmtiles": {
+  "/api/basemap/{version}.pmtiles": {
     parameters: {
       query?: never;
       header?: never;
@@ -31,7 +31,7 @@ export interface paths {
      * Read Tiles
      * @description Return the file, or the range of it that is asked for.
      */
-    get: operations["read_tiles_api_basemap_tiles_pmtiles_get"];
+    get: operations["read_tiles_api_basemap__version__pmtiles_get"];
     put?: never;
     post?: never;
     delete?: never;
@@ -2677,11 +2677,14 @@ export interface operations {
       };
     };
   };
-  read_tiles_api_basemap_tiles_pmtiles_get: {
+  read_tiles_api_basemap__version__pmtiles_get: {
     parameters: {
       query?: never;
       header?: never;
-      path?: never;
+      path: {
+        /** @description Any: it tells files apart in browsers. */
+        version: string;
+      };
       cookie?: never;
     };
     requestBody?: never;
@@ -2702,6 +2705,15 @@ export interface operations {
         };
         content: {
           "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
         };
       };
     };

@@ -2,6 +2,7 @@
 import { useState } from "preact/hooks";
 import type { PictureKind } from "../api/types";
 import { texts } from "../texts";
+import { chooseBasemap, forgetBasemap, SUFFIX, useChosenBasemap } from "./chosen_basemap";
 import type { MapLayer, Overlay } from "./layer";
 
 type LayerName = keyof typeof texts.map.layer;
@@ -74,9 +75,40 @@ export function LayerSwitch({ layers, choice, hasPicture = true, onChange }: Pro
               {texts.map.layer[name]}
             </label>
           ))}
+          <BasemapChoice />
         </div>
       )}
     </div>
+  );
+}
+
+/** Choice of a base map from a file of this computer. */
+function BasemapChoice() {
+  const { chosen, refusal } = useChosenBasemap();
+  return (
+    <>
+      <label class="file-picker">
+        {texts.map.chooseBasemap}
+        <input
+          type="file"
+          accept={SUFFIX}
+          data-testid="basemap-file"
+          onChange={({ currentTarget }) => {
+            const [file] = currentTarget.files ?? [];
+            if (file) void chooseBasemap(file);
+            currentTarget.value = ""; // lets the operator pick the same file again
+          }}
+        />
+      </label>
+      {chosen && (
+        <button type="button" data-testid="basemap-forget" onClick={forgetBasemap}>
+          {texts.map.forgetBasemap(chosen.name)}
+        </button>
+      )}
+      <p class="is-bad small" role="alert" data-testid="basemap-refusal">
+        {refusal}
+      </p>
+    </>
   );
 }
 

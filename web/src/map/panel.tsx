@@ -8,6 +8,7 @@ import { useShell } from "../shell/context";
 import type { ViewName } from "../shell/route";
 import type { EnuPoint } from "../state/state";
 import { texts } from "../texts";
+import { chooseBasemap, SUFFIX } from "./chosen_basemap";
 import type { MapLayer, Overlay } from "./layer";
 import { type Camera, hasWebGl, MapView } from "./view";
 
@@ -62,7 +63,13 @@ export function MapPanel({ layers, overlay = null, extent = [], lookAt = null, c
   }, [lookAt?.join(), hasOrigin]);
 
   return (
-    <section class="map panel" aria-label={texts.map.panel} data-testid="map">
+    <section
+      class="map panel"
+      aria-label={texts.map.panel}
+      data-testid="map"
+      onDragOver={(event) => event.preventDefault()}
+      onDrop={takeBasemap}
+    >
       {isPossible && hasOrigin ? (
         <>
           <div class="map-canvas" ref={container} />
@@ -87,4 +94,13 @@ export function MapPanel({ layers, overlay = null, extent = [], lookAt = null, c
       )}
     </section>
   );
+}
+
+/** Show a base map that is dropped; other files are left to the view. */
+function takeBasemap(event: DragEvent): void {
+  event.preventDefault(); // otherwise the browser leaves the page to show the file
+  const file = event.dataTransfer?.files[0];
+  if (!file?.name.toLowerCase().endsWith(SUFFIX)) return;
+  event.stopPropagation();
+  void chooseBasemap(file);
 }

@@ -11,10 +11,12 @@ const SOURCE = "basemap";
 const protocol = new Protocol();
 maplibregl.addProtocol("pmtiles", protocol.tile);
 
-/** Read the header of the file and make a layer of it; rejects for files that cannot be shown. */
-export async function openBasemap(url: string): Promise<MapLayer> {
-  const absolute = new URL(url, location.href).href;
-  const archive = new PMTiles(absolute);
+/** Read the header of a file of the station and make a layer of it; rejects for files that cannot be shown. */
+export const openBasemap = (url: string): Promise<MapLayer> =>
+  basemapLayer(new PMTiles(new URL(url, location.href).href));
+
+/** Layer of an archive; rejects for one that cannot be shown. */
+export async function basemapLayer(archive: PMTiles): Promise<MapLayer> {
   protocol.add(archive);
   const { tileType, maxZoom } = await archive.getHeader();
   const isVector = tileType === TileType.Mvt;
@@ -23,7 +25,7 @@ export async function openBasemap(url: string): Promise<MapLayer> {
     attach(map, palette) {
       map.addSource(SOURCE, {
         type: isVector ? "vector" : "raster",
-        url: `pmtiles://${absolute}`,
+        url: `pmtiles://${archive.source.getKey()}`,
         maxzoom: maxZoom,
         ...(isVector ? {} : { tileSize: 256 }),
       });

@@ -4,6 +4,7 @@ import { type Bounds, boundsOf, gridLines, spacingOf, toEnu } from "../../geomet
 import type { Geodetic } from "../../api/types";
 import { feature, line } from "../geojson";
 import { type AttachedLayer, featureLayer, type MapLayer } from "../layer";
+import type { Palette } from "../palette";
 
 /** Share of the map's width and height that the grid reaches beyond each edge, so that most movements need no other. */
 const BEYOND = 0.6;
@@ -22,50 +23,59 @@ interface Covered {
 
 const NOWHERE: Covered = { bounds: null, spacing_m: 0 };
 
-export const gridLayer: MapLayer = {
-  id: "grid",
-  attach(map, palette) {
-    let covered: Covered | null = null;
-    const lines = featureLayer({
-      id: "grid",
-      source: "ground",
-      paint: () => [
-        {
-          type: "line",
-          filter: ["!", ["get", "isMajor"]],
-          paint: { "line-color": palette.grid, "line-width": 1 },
-        },
-        { type: "line", filter: ["get", "isMajor"], paint: { "line-color": palette.gridMajor, "line-width": 1 } },
-      ],
-      inputs: ({ origin }) => [origin.latitude_deg, origin.longitude_deg, covered],
-      features: ({ origin }) =>
-        !covered?.bounds
-          ? []
-          : gridLines(covered.bounds, covered.spacing_m).map(({ from, to, isMajor }) =>
-              feature(line(origin, [from, to]), { isMajor }),
-            ),
-    }).attach(map, palette);
-    let shown: Parameters<AttachedLayer["update"]>[0] | null = null;
-    const draw = (): void => {
-      if (shown === null) return;
-      covered = coverage(seen(map, shown.origin), covered);
-      lines.update(shown);
-    };
-    const moved = map.on("move", draw);
-    const resized = map.on("resize", draw);
-    return {
-      update(scene) {
-        shown = scene;
-        draw();
+/** Grid that is the base map, and one above a base map. */
+export const gridLayer = gridOf(1);
+export const faintGridLayer = gridOf(0.35);
+
+function gridOf(opacity: number): MapLayer {
+  return { id: "grid", attach: (map, palette) => attachGrid(map, palette, opacity) };
+}
+
+function attachGrid(map: MapLibreMap, palette: Palette, opacity: number): AttachedLayer {
+  let covered: Covered | null = null;
+  const lines = featureLayer({
+    id: "grid",
+    source: "ground",
+    paint: () => [
+      {
+        type: "line",
+        filter: ["!", ["get", "isMajor"]],
+        paint: { "line-color": palette.grid, "line-width": 1, "line-opacity": opacity },
       },
-      remove() {
-        moved.unsubscribe();
-        resized.unsubscribe();
-        lines.remove();
+      {
+        type: "line",
+        filter: ["get", "isMajor"],
+        paint: { "line-color": palette.gridMajor, "line-width": 1, "line-opacity": opacity },
       },
-    };
-  },
-};
+    ],
+    inputs: ({ origin }) => [origin.latitude_deg, origin.longitude_deg, covered],
+    features: ({ origin }) =>
+      !covered?.bounds
+        ? []
+        : gridLines(covered.bounds, covered.spacing_m).map(({ from, to, isMajor }) =>
+            feature(line(origin, [from, to]), { isMajor }),
+          ),
+  }).attach(map, palette);
+  let shown: Parameters<AttachedLayer["update"]>[0] | null = null;
+  const draw = (): void => {
+    if (shown === null) return;
+    covered = coverage(seen(map, shown.origin), covered);
+    lines.update(shown);
+  };
+  const moved = map.on("move", draw);
+  const resized = map.on("resize", draw);
+  return {
+    update(scene) {
+      shown = scene;
+      draw();
+    },
+    remove() {
+      moved.unsubscribe();
+      resized.unsubscribe();
+      lines.remove();
+    },
+  };
+}
 
 /** Part of the ground that the grid has to cover: the same as before while that does. */
 export function coverage(view: Bounds, before: Covered | null): Covered {
