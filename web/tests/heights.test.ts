@@ -7,7 +7,7 @@ describe("heights", () => {
   it("count from the ground where it is known, and from home otherwise", () => {
     const vehicle = { height_above_ground_m: 22.4, height_above_home_m: 35, altitude_amsl_m: 295 };
     expect(heightWords(vehicle)).toBe("22\u202fm AGL");
-    expect(heightWords({ ...vehicle, height_above_ground_m: null })).toBe("35\u202fm");
+    expect(heightWords({ ...vehicle, height_above_ground_m: null })).toBe("35\u202fm home");
     expect(heightWords({ ...vehicle, height_above_ground_m: 9.96 })).toBe("10.0\u202fm AGL");
     expect(heightWords(unknown)).toBe("\u2013");
   });

@@ -9,7 +9,8 @@ const LOW_M = 10;
 
 /** The height that matters most: above the ground where an elevation model tells it, otherwise above home. */
 export function heightWords({ height_above_ground_m: ground_m, height_above_home_m: home_m }: Heights): string {
-  return ground_m === null ? metres(home_m) : `${metres(ground_m)} ${texts.heights.agl}`;
+  if (ground_m !== null) return `${metres(ground_m)} ${texts.heights.agl}`;
+  return home_m === null ? metres(null) : `${metres(home_m)} ${texts.heights.home}`;
 }
 
 /** Decimetres count near the ground, and take room above. */

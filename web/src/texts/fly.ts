@@ -2,6 +2,7 @@
 
 export const heights = {
   agl: "AGL",
+  home: "home",
   aboveGround: "above ground",
   aboveHome: "above home",
   aboveSea: "above sea level",

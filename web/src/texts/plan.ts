@@ -92,7 +92,7 @@ export const plan = {
       canopy: "Canopy",
       ground: "Ground, lowest and highest below the swarm",
     },
-    numbers: "Numbers, in metres above the origin",
+    numbers: "Numbers, above the origin",
     columns: ["Distance", "Ground", "Floor", "Lowest layer", "Highest layer", "Ceiling"],
   },
   blocked: (count: number) => (count === 1 ? "Fix 1 problem first" : `Fix ${count} problems first`),

@@ -172,7 +172,7 @@ function Numbers({ shown }: { shown: ProfileLines }) {
             {rows.map((row) => (
               <tr key={row}>
                 <th scope="row">{metres(shown.distances_m[row])}</th>
-                <td>{`${quantity(shown.lowestGround_m[row], 0)} – ${metres(shown.highestGround_m[row])}`}</td>
+                <td>{`${metres(shown.lowestGround_m[row])} – ${metres(shown.highestGround_m[row])}`}</td>
                 <td>{metres(shown.floor_m[row])}</td>
                 <td>{metres(shown.layers_m[0]?.[row])}</td>
                 <td>{metres(shown.layers_m.at(-1)?.[row])}</td>
