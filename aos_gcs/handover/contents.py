@@ -11,6 +11,7 @@ from aos_gcs.errors import InputDataError
 from aos_gcs.geometry.geodesy import EnuPoint
 from aos_gcs.handover.flights import FlightLog
 from aos_gcs.handover.model import Handover, LogEntry, Raster, ReportedFinding
+from aos_gcs.handover.searched import LEGENDS
 from aos_gcs.mission.model.actions import ActionRecord
 from aos_gcs.mission.model.events import EventKind, NoticeRecord, PicturesRecord
 from aos_gcs.mission.model.findings import Finding, FindingStatus
@@ -59,7 +60,7 @@ def read_handover(reader: MissionReader) -> Handover:
         operators=_operators(actions, final),
         log=_log(reader, actions),
         audit=_audit(reader.folder),
-        coverage=_coverage(reader),
+        searched=_searched(reader),
     )
 
 
@@ -140,15 +141,15 @@ def _audit(folder: Path) -> str:
     return f"Audit log: intact, {len(report.entries)} entries, digest {report.digest}."
 
 
-def _coverage(reader: MissionReader) -> Raster | None:
-    """Return the latest map of the searched ground; None where it was not recorded."""
-    announced: PicturesRecord | None = None
+def _searched(reader: MissionReader) -> Raster | None:
+    """Return the latest raster of the searched ground that says most; None where none was recorded."""
+    announced: dict[PictureKind, PicturesRecord] = {}
     for event in reader.events(EventKind.PICTURES):
-        if isinstance(event.data, PicturesRecord) and PictureKind.COVERAGE in event.data.kinds:
-            announced = event.data
-    if announced is None:
-        return None
-    png = reader.picture(announced.step, PictureKind.COVERAGE)
-    if png is None:
-        return None
-    return Raster(png, announced.west_m, announced.south_m, announced.east_m, announced.north_m)
+        if isinstance(event.data, PicturesRecord):
+            announced |= dict.fromkeys(event.data.kinds, event.data)
+    for kind in LEGENDS:
+        found = announced.get(kind)
+        png = None if found is None else reader.picture(found.step, kind)
+        if found is not None and png is not None:
+            return Raster(kind, png, found.west_m, found.south_m, found.east_m, found.north_m)
+    return None

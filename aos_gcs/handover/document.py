@@ -14,7 +14,7 @@ from aos_gcs.handover.forms import activity_log, assignment, flight_table
 from aos_gcs.handover.map import MissionMap
 from aos_gcs.handover.model import Handover, HandoverOptions
 from aos_gcs.handover.styles import FONT, HEAD, MARGIN, SIZES, box, boxes, paragraph, register_fonts, styles
-from aos_gcs.handover.texts import OUTCOMES, UNKNOWN, Writer, duration, make_writer, percent, shortened
+from aos_gcs.handover.texts import OUTCOMES, UNKNOWN, Writer, duration, make_writer, searched_lines, shortened
 from aos_gcs.mission.model.findings import FindingStatus
 
 _MAP_SHARE: Final = 0.55
@@ -110,7 +110,7 @@ def _summary(handover: Handover, writer: Writer, width: float, height: float, pr
             box(None, "Findings", found),
         ],
         [
-            box(None, "Searched share of the area", percent(final.covered_fraction)),
+            box(None, "Searched share of the area", *searched_lines(final)),
             box(None, "Vehicles", "none: recorded flight" if handover.is_survey else str(len(vehicles))),
             box(None, "Operators", ", ".join(handover.operators) or UNKNOWN),
         ],

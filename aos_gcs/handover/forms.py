@@ -10,7 +10,7 @@ from reportlab.platypus import Flowable, Spacer
 from aos_gcs.groundmap.figures import GroundFigures
 from aos_gcs.handover.model import Flight, Handover
 from aos_gcs.handover.styles import box, boxes, listing, paragraph, styles
-from aos_gcs.handover.texts import STATUSES, UNKNOWN, Writer, duration, kind_text, percent
+from aos_gcs.handover.texts import STATUSES, UNKNOWN, Writer, duration, kind_text, percent, searched_lines
 from aos_gcs.mission.model.findings import FindingStatus
 from aos_gcs.mission.model.vehicles import VehicleSnapshot
 
@@ -131,7 +131,7 @@ def _area(handover: Handover, writer: Writer) -> list[str]:
     flown = f"{len(final.legs_enu_m)} legs planned. " if final.legs_enu_m else ""
     return [
         f"Search area of {_area_m2(final.area_enu_m) / 10_000.0:.2f} ha, corners: {corners or 'not recorded'}.",
-        f"{flown}{percent(final.covered_fraction)} of the area was in a frame.",
+        f"{flown}Searched share of the area: {'. '.join(searched_lines(final))}.",
         *_searched(final.ground),
     ]
 

@@ -6,18 +6,16 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Final
 
-import cv2
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image
 from reportlab.lib.colors import Color
 from reportlab.lib.utils import ImageReader
 from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import Flowable
 
-from aos_gcs.errors import InputDataError
 from aos_gcs.geometry.geodesy import EnuPoint
 from aos_gcs.handover.model import Handover, Raster
+from aos_gcs.handover.searched import LEGENDS, searched_grey
 from aos_gcs.handover.styles import BOLD, FONT
 from aos_gcs.handover.texts import Writer
 from aos_gcs.mission.model.findings import Finding, FindingStatus
@@ -25,8 +23,6 @@ from aos_gcs.mission.model.findings import Finding, FindingStatus
 Point = tuple[float, float]
 
 MARGIN_M: Final = 15.0
-_SEARCHED: Final = 215
-"""Grey of ground that was in a frame."""
 _ELLIPSE_POINTS: Final = 48
 _LEGEND_PT: Final = 12.0
 _WHITE: Final = Color(1.0, 1.0, 1.0)
@@ -67,8 +63,8 @@ class MissionMap(Flowable):
         frame = canvas.beginPath()
         frame.rect(0.0, 0.0, self._across, self._drawing)
         canvas.clipPath(frame, stroke=0, fill=0)
-        if self._handover.coverage is not None:
-            self._draw_searched(canvas, self._handover.coverage)
+        if self._handover.searched is not None:
+            self._draw_searched(canvas, self._handover.searched)
         for zone in final.no_go_enu_m:
             self._ring(canvas, zone, width=0.8, fill=_NO_GO)
         self._ring(canvas, final.fence_enu_m, width=0.8, dash=(5, 2))
@@ -98,7 +94,7 @@ class MissionMap(Flowable):
         left, bottom = self._at((raster.west_m, raster.south_m))
         width = self._scale * (raster.east_m - raster.west_m)
         height = self._scale * (raster.north_m - raster.south_m)
-        canvas.drawImage(ImageReader(_searched(raster)), left, bottom, width, height)
+        canvas.drawImage(ImageReader(Image.fromarray(searched_grey(raster))), left, bottom, width, height)
 
     def _ring(
         self,
@@ -210,14 +206,15 @@ class MissionMap(Flowable):
         canvas.setFillColor(_BLACK)
         canvas.setFont(FONT, 6.5)
         has_zones = " · dark: no-go zone" if self._handover.final.no_go_enu_m else ""
-        searched = "grey: in a frame · " if self._handover.coverage is not None else ""
+        raster = self._handover.searched
+        searched = "" if raster is None else f"{LEGENDS[raster.kind]} · "
         corners = (
             f"north-west corner {self._place((west_m, north_m, 0.0))}"
             f" · south-east corner {self._place((east_m, south_m, 0.0))}"
         )
         lines = (
             f"thick: search area · dashed: geofence · dotted: legs · thin: flown · squares: launch points{has_zones}",
-            f"{searched}number in black: counts as a person · in white: other finding · struck out: rejected",
+            f"{searched}black number: counts as a person · white: other finding · struck out: rejected",
             corners,
         )
         for row, line in enumerate(lines):
@@ -245,15 +242,6 @@ def _bounds(handover: Handover) -> tuple[float, float, float, float]:
     places = np.array([point[:2] for point in points] or [(0.0, 0.0)])
     (west_m, south_m), (east_m, north_m) = places.min(axis=0) - MARGIN_M, places.max(axis=0) + MARGIN_M
     return float(west_m), float(south_m), float(east_m), float(north_m)
-
-
-def _searched(raster: Raster) -> Image.Image:
-    """Return the ground that was in a frame as grey on white."""
-    rgba = cv2.imdecode(np.frombuffer(raster.png, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
-    if rgba is None or rgba.ndim != 3 or rgba.shape[2] != 4:
-        raise InputDataError("the recorded map of the searched ground is damaged")
-    grey: NDArray[np.uint8] = np.where(rgba[:, :, 3] > 0, _SEARCHED, 255).astype(np.uint8)
-    return Image.fromarray(grey)
 
 
 def _outline(finding: Finding) -> list[Point]:

@@ -12,6 +12,7 @@ from aos_gcs.geometry.notations import Notation
 from aos_gcs.mission.model.findings import Finding
 from aos_gcs.mission.model.phase import Outcome
 from aos_gcs.mission.model.snapshot import MissionSnapshot
+from aos_gcs.mission.model.steps import PictureKind
 
 
 class Paper(StrEnum):
@@ -94,6 +95,7 @@ class LogEntry:
 class Raster:
     """A raster of the mission on the ground, north up."""
 
+    kind: PictureKind
     png: bytes = field(repr=False)
     west_m: float
     south_m: float
@@ -155,7 +157,8 @@ class Handover:
     log: tuple[LogEntry, ...]
     audit: str
     """Result of the verification of the audit chain, with its digest."""
-    coverage: Raster | None
+    searched: Raster | None
+    """What was searched: by probability of detection, else by independent views, else by frames; None: not known."""
 
     @property
     def frame(self) -> LocalFrame | None:

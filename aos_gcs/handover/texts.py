@@ -14,6 +14,7 @@ from aos_gcs.geometry.geodesy import EnuPoint, LocalFrame
 from aos_gcs.geometry.notations import Notation, written
 from aos_gcs.mission.model.findings import KIND_NAMES, Finding, FindingStatus
 from aos_gcs.mission.model.phase import Outcome
+from aos_gcs.mission.model.snapshot import MissionSnapshot
 
 OUTCOMES: Final = {
     None: "Not closed: in flight, or interrupted",
@@ -113,6 +114,16 @@ def kind_text(finding: Finding) -> str:
     """Return what a finding is believed to be."""
     name = KIND_NAMES[finding.kind]
     return name if finding.person_confidence is None else f"{name} ({finding.person_confidence:.0%} a person)"
+
+
+def searched_lines(final: MissionSnapshot) -> tuple[str, ...]:
+    """Return what share of the area was searched, and how likely a person there was noticed where that is known."""
+    seen = final.covered_fraction if final.ground is None else final.ground.seen_fraction
+    if final.ground is None or final.ground.detection is None:
+        return (percent(seen),)
+    detection = final.ground.detection
+    shares = f"standing {detection.standing:.0%}, sitting {detection.sitting:.0%}, lying {detection.lying:.0%}"
+    return percent(seen), f"Mean probability of detection: {shares}"
 
 
 def percent(fraction: float | None) -> str:

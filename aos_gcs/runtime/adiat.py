@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
@@ -175,9 +175,7 @@ class _Writer:
             yield self._blank(reported)
 
     def _finding_view(self, finding: Finding, kind: ViewKind) -> tuple[View, ViewedStep]:
-        source = self._source
-        if finding.found_in:
-            source = replace(source, folder=source.folder.absolute().parent / Path(finding.found_in).name)
+        source = self._source.of_sortie(finding.found_in)
         east_m, north_m, up_m = finding.position_enu_m
         height_m = None if finding.track_id is None else up_m
         window = ViewWindow(east_m, north_m, HALF_WIDTH_M)

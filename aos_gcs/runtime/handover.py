@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 from dataclasses import replace
 from io import BytesIO
@@ -24,7 +23,6 @@ from aos_gcs.runtime.step_views import ViewSource, view_step
 from aos_gcs.runtime.viewer import view_source
 from aos_gcs.runtime.workers import HANDOVER
 from aos_gcs.store.reader import MissionReader
-from aos_gcs.store.recorder import FOLDER_NAME
 from aos_gcs.workers.process import open_worker
 
 P = ParamSpec("P")
@@ -138,17 +136,10 @@ def _pictured(reported: ReportedFinding, source: ViewSource) -> ReportedFinding:
     reason = ""
     for kind in _KINDS:
         try:
-            pictures.append(_picture(finding, kind, _source_of(finding, source)))
+            pictures.append(_picture(finding, kind, source.of_sortie(finding.found_in)))
         except AosError as error:
             reason = reason or str(error)
     return replace(reported, pictures=tuple(pictures), pictures_missing="" if pictures else reason)
-
-
-def _source_of(finding: Finding, source: ViewSource) -> ViewSource:
-    """Return where the frames are that show a finding: beside this mission's folder for one of an earlier sortie."""
-    if not finding.found_in or not re.fullmatch(FOLDER_NAME, finding.found_in):
-        return source
-    return replace(source, folder=source.folder.absolute().parent / finding.found_in)
 
 
 def _picture(finding: Finding, kind: ViewKind, source: ViewSource) -> FindingPicture:

@@ -6,6 +6,7 @@ A worker remembers the latest steps and analyses: sliders and magnifiers ask for
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache, partial
@@ -41,6 +42,7 @@ from aos_gcs.mission.viewing import (
     ViewWindow,
 )
 from aos_gcs.store.reader import MissionReader
+from aos_gcs.store.recorder import FOLDER_NAME
 
 T = TypeVar("T")
 
@@ -66,6 +68,12 @@ class ViewSource:
     settings: ImagingSettings
     focus_reach_m: float
     """Range of autofocus above and below the mission's plane."""
+
+    def of_sortie(self, found_in: str) -> ViewSource:
+        """Return the frames of an earlier sortie, whose folder lies beside this one; those of this one for no name."""
+        if not re.fullmatch(FOLDER_NAME, found_in):
+            return self
+        return replace(self, folder=self.folder.absolute().parent / found_in)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -11,6 +11,7 @@ import pytest_asyncio
 from fastapi import FastAPI
 from playwright.async_api import Page, expect
 
+from aos_gcs.geometry.notations import Notation
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.findings import FindingStatus, TargetEstimate
@@ -19,6 +20,7 @@ from aos_gcs.runtime.viewer import Viewer
 from tests.browser.conftest import OPERATOR_CODE, PageRecord, Service, serving
 from tests.browser.pages import open_page, sign_in, with_thumbnails
 from tests.fakes.app import app_of
+from tests.fakes.handovers import ScriptedHandovers
 from tests.fakes.mission import TARGET_ENU_M, ScriptedMission
 
 pytestmark = pytest.mark.asyncio(loop_scope="session")
@@ -179,3 +181,27 @@ async def test_a_place_is_marked_on_the_map_where_the_chosen_finding_is(map_page
     marked = found_service.mission.findings.all()[1]
     assert marked.position_enu_m == pytest.approx(TARGET_ENU_M, abs=2.0)
     assert marked.operator == "Ada"
+
+
+async def test_the_hand_over_is_downloaded_as_the_screen_writes_positions(
+    page: Page,
+    dashboard_build: None,  # noqa: ARG001 - asked for its check only
+    page_record: PageRecord,
+) -> None:
+    handovers = ScriptedHandovers()
+    async with serving(lambda mission: app_of(mission, handovers=handovers)) as service:
+        await open_page(page, service.url, "decide")
+        await page.evaluate("localStorage.setItem('aos-gcs-notation', 'mgrs')")
+        await page.reload()
+        async with page.expect_download() as downloading:
+            await page.get_by_test_id("handover").click()
+        download = await downloading.value
+        assert download.suggested_filename == "handover-scripted-1.pdf"
+        assert (await download.path()).read_bytes() == ScriptedHandovers.PDF
+        assert handovers.asked[0].notation is Notation.MGRS
+        async with page.expect_download() as downloading:
+            await page.get_by_test_id("flights").click()
+        assert (await downloading.value).suggested_filename == "flights.csv"
+        await page.get_by_test_id("handover").click()
+        await expect(page.get_by_test_id("handover-problem")).to_contain_text("being made already")
+        page_record.errors.clear()  # the browser's word on the refusal
