@@ -41,6 +41,8 @@ def read_handover(reader: MissionReader) -> Handover:
     if last is None or first_utc_s is None:
         raise InputDataError(f"{reader.folder} holds no state of the mission to hand over: it ended before it began")
     last_utc_s, final = last
+    # Older records do not say when the mission began to count its time.
+    started_utc_s = last_utc_s - final.elapsed_s if final.started_utc_s is None else final.started_utc_s
     closed = flights.finish()
     manifest, outcome, actions = reader.manifest(), reader.outcome(), reader.actions()
     sortie = manifest.get("sortie")
@@ -52,7 +54,7 @@ def read_handover(reader: MissionReader) -> Handover:
         end_utc_s=last_utc_s,
         outcome=None if outcome is None else outcome.outcome,
         final=final,
-        findings=_reported(final, last_utc_s - final.elapsed_s, decisions),
+        findings=_reported(final, started_utc_s, decisions),
         merged=tuple(finding for finding in final.findings if finding.merged_into is not None),
         flights=tuple(flight for flight, _ in closed),
         tracks_enu_m=_tracks([(flight.vehicle_id, way) for flight, way in closed]),
@@ -113,8 +115,8 @@ def _operators(actions: tuple[ActionRecord, ...], final: MissionSnapshot) -> tup
 
 
 def _log(reader: MissionReader, actions: tuple[ActionRecord, ...]) -> tuple[LogEntry, ...]:
-    """Return the notices, which tell what operators have done, and the actions that were refused."""
-    entries = [*_notices(reader), *(_refused(action) for action in actions if action.refusal is not None)]
+    """Return the notices, which tell what operators have done, and what was refused of their actions."""
+    entries = [*_notices(reader), *(entry for action in actions for entry in _refusals(action))]
     return tuple(sorted(entries, key=lambda entry: entry.utc_s))
 
 
@@ -125,10 +127,15 @@ def _notices(reader: MissionReader) -> Iterator[LogEntry]:
             yield LogEntry(event.data.utc_s or event.utc_s, event.data.severity.value, source, event.data.text)
 
 
-def _refused(action: ActionRecord) -> LogEntry:
-    whom = "" if action.vehicle_ids is None else f" (vehicles {', '.join(map(str, action.vehicle_ids))})"
-    text = f"{action.operator or 'operator'}: {action.action.value}{whom} refused: {action.refusal}"
-    return LogEntry(action.utc_s, "warning", "", text)
+def _refusals(action: ActionRecord) -> Iterator[LogEntry]:
+    """Yield why the mission has refused an action, or which vehicles have."""
+    what = f"{action.operator or 'operator'}: {action.action.value}"
+    if action.refusal is not None:
+        whom = "" if action.vehicle_ids is None else f" (vehicles {', '.join(map(str, action.vehicle_ids))})"
+        yield LogEntry(action.utc_s, "warning", "", f"{what}{whom} refused: {action.refusal}")
+    for result in action.results:
+        if not result.accepted:
+            yield LogEntry(action.utc_s, "warning", f"Vehicle {result.vehicle_id}", f"{what} refused: {result.text}")
 
 
 def _audit(folder: Path) -> str:

@@ -28,4 +28,7 @@ def encode_findings(folder: Path, suffix: str) -> str:
         raise InputDataError(f"{folder} does not say where on the earth it was flown; its findings have no place")
     frame = LocalFrame(snapshot.origin)
     _, write = FORMATS[name]
-    return write([PlacedFinding(one, frame.to_geodetic(one.position_enu_m)) for one in snapshot.findings])
+    started_utc_s = snapshot.started_utc_s
+    return write(
+        [PlacedFinding(one, frame.to_geodetic(one.position_enu_m), started_utc_s) for one in snapshot.findings]
+    )

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from aos_gcs.geometry.geodesy import EnuPoint
-from aos_gcs.mission.model.actions import Action, ActionRecord
+from aos_gcs.mission.model.actions import Action, ActionRecord, ActionResult
 from aos_gcs.mission.model.events import Event, EventKind, NoticeRecord
 from aos_gcs.mission.model.findings import ErrorEllipse, Finding, FindingStatus
 from aos_gcs.mission.model.snapshot import MissionSnapshot
@@ -67,4 +67,6 @@ async def record_handed_over(root: Path, *, comment: str = "", operator: str = "
         await recorder.record_event(Event(9, START_UTC_S + 4.0, EventKind.NOTICE, notice))
         refused = ActionRecord(START_UTC_S + 4.5, Action.START, None, (), refusal="it has begun", operator="Kim")
         await recorder.record_action(refused)
+        lost = ActionResult(1, accepted=False, text="no link for 9 s")
+        await recorder.record_action(ActionRecord(START_UTC_S + 4.6, Action.HOLD, None, (lost,), operator="Kim"))
     return root / "m"

@@ -112,7 +112,7 @@ def test_a_decision_has_its_operator_and_its_time(folder: Path) -> None:
     assert reported.finding.status is FindingStatus.CONFIRMED
     assert (reported.found_utc_s, reported.decided_utc_s) == (START_UTC_S + 2.0, START_UTC_S + 5.0)
     assert handover.operators == ("Kim", "Robin")
-    assert [entry.text.split(":")[0] for entry in handover.log] == ["Robin", "Kim"]
+    assert [entry.text.split(":")[0] for entry in handover.log] == ["Robin", "Kim", "Kim"]
 
 
 @pytest.mark.parametrize("paper", Paper)
@@ -131,8 +131,9 @@ def test_the_document_says_what_was_found_decided_and_flown(folder: Path, paper:
     assert "± 0.6 m x 0.4 m" in text
     assert "Robin at 2026-05-03 11:20:05 CEST" in text
     assert "Kim: start refused: it has begun" in text
+    assert "Vehicle 1 Kim: hold refused: no link for 9 s" in text
     assert "20260503-092000-ridge (m), sortie 2" in text
-    assert "Audit log: intact, 3 entries, digest " in text
+    assert "Audit log: intact, 4 entries, digest " in text
     for title in ("Assignment (after ICS 204)", "Activity log (after ICS 214)", "Printed 2026-05-03 12:20:00 CEST"):
         assert title in text
 
