@@ -9,17 +9,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from aos_gcs.airspace.limits import UNLIMITED
-from aos_gcs.airspace.polygon import Polygon, as_polygon, contains, edges_met, signed_depth_m
+from aos_gcs.airspace.polygon import Polygon, as_polygon, contains, edges_met
 from aos_gcs.airspace.raster import PlanRaster
-from aos_gcs.airspace.stopping import StoppingDistance
 from aos_gcs.errors import ConfigurationError, ParameterError
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.imaging.step.settings import MAX_RATE_HZ
-from aos_gcs.planning.advice import MIN_LAYERS_WITHOUT_RTK_M, forest_aperture
-from aos_gcs.planning.estimate import PlanEstimate, estimate_plan, planned_leg_count, planned_legs
+from aos_gcs.planning.advice import forest_aperture
+from aos_gcs.planning.estimate import PlanEstimate, planned_leg_count, planned_legs
 from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.plan import SPACING_PARAMETER, MissionPlan, PlanProblem, apply_plan
-from aos_gcs.planning.proposal import fence_margin_m
+from aos_gcs.planning.plan_warnings import plan_warnings
+from aos_gcs.planning.relief_estimate import estimate_over_ground
 from aos_gcs.planning.settings import GREATEST_FLIGHT_SETTINGS, MAX_HEIGHT_M, MissionSettings
 from aos_gcs.planning.sites import Homes, check_paths, check_points, planned_ground
 from aos_gcs.planning.terrain_check import check_terrain
@@ -32,9 +32,6 @@ SWAPPED_FROM_M = 100_000.0
 """Distance from which coordinates are taken to be swapped: no plan is made for a place so far away."""
 MIN_FREE_FRACTION = 0.02
 """Share of the search area that no-go zones must leave free."""
-GOOD_COVERAGE = 0.95
-USUAL_CEILING_M = 120.0
-"""Height above the ground that most countries allow uncrewed aircraft."""
 MAX_VERTICES = 500
 """Greatest number of corners of a polygon, as edges are compared in pairs."""
 MAX_BARRIER_VERTICES = 200
@@ -43,8 +40,6 @@ MAX_LEGS = 100
 """Greatest number of legs: far more than batteries last for."""
 
 _DAY_S = 86_400.0
-_ROUNDING_M = 0.1
-"""Margins are entered with one decimal."""
 _SLOWEST_MPS = 0.1
 """Least speed of a flight: less is a slip of the pen."""
 _POSITIVE = (
@@ -77,6 +72,8 @@ class PlanExamination:
     """Problems, blocking ones first."""
     legs: tuple[ScanLeg, ...]
     """Legs of the plan; none while a shape or a number is wrong."""
+    estimate: PlanEstimate | None
+    """None while a problem is blocking."""
 
 
 def check_plan(
@@ -102,11 +99,13 @@ def examine_plan(
     homes_enu_m: Homes | None = None,
     origin: GeodeticPosition | None = None,
 ) -> PlanExamination:
-    """Return the problems of a plan, as ``check_plan`` does, with the legs that they were looked for on."""
-    problems, legs = _problems(plan, settings, homes_enu_m or {}, origin)
+    """Return the problems of a plan, as ``check_plan`` does, with its legs and its estimate."""
+    homes_enu_m, estimate = homes_enu_m or {}, None
+    problems, legs = _problems(plan, settings, homes_enu_m, origin)
     if not _blocks(problems):
-        problems += [*_warn(plan, estimate_plan(plan, settings.imaging.plane_height_m)), *_warn_of_margin(plan)]
-    return PlanExamination(tuple(sorted(problems, key=lambda problem: not problem.blocking)), legs)
+        estimate = estimate_over_ground(plan, settings, origin, homes_enu_m)
+        problems += plan_warnings(plan, estimate)
+    return PlanExamination(tuple(sorted(problems, key=lambda problem: not problem.blocking)), legs, estimate)
 
 
 def blocking_problems(plan: MissionPlan, settings: MissionSettings) -> list[PlanProblem]:
@@ -322,76 +321,3 @@ def _check_legs(plan: MissionPlan, settings: MissionSettings) -> Iterator[PlanPr
     if count > MAX_LEGS:
         text = f"The search area takes {count} legs, {MAX_LEGS} are allowed: make it smaller, or widen the spacing."
         yield PlanProblem("area_enu_m", text)
-
-
-# --- advice -----------------------------------------------------------------------------------------------------------
-
-
-def _warn(plan: MissionPlan, estimate: PlanEstimate) -> Iterator[PlanProblem]:
-    if plan.vehicles == 1:
-        yield PlanProblem(
-            "vehicles",
-            "A single vehicle looks closer by visiting places around what it has seen, one after the other; the "
-            "strategy is for two and more.",
-            blocking=False,
-        )
-    if plan.layer_spacing_m < MIN_LAYERS_WITHOUT_RTK_M:
-        yield PlanProblem(
-            "layer_spacing_m",
-            f"Layers of {plan.layer_spacing_m:g} m need heights known by RTK; without it, "
-            f"{MIN_LAYERS_WITHOUT_RTK_M:g} m and more are safe.",
-            blocking=False,
-        )
-    highest_m = plan.highest_layer_m
-    if highest_m > USUAL_CEILING_M:
-        yield PlanProblem(
-            "ceiling_m",
-            f"The highest layer is at {highest_m:g} m; most countries allow {USUAL_CEILING_M:g} m above the ground "
-            "without a permission: lower the layers or their spacing, or fly fewer vehicles.",
-            blocking=False,
-        )
-    if estimate.covered_fraction < GOOD_COVERAGE:
-        yield PlanProblem(
-            "area_enu_m",
-            f"The legs sweep {estimate.covered_fraction:.0%} of the search area; the rest lies in no-go zones or "
-            "beside the legs.",
-            blocking=False,
-        )
-    if estimate.flight_s > plan.search_s:
-        yield PlanProblem(
-            "search_s",
-            f"The flight takes {estimate.flight_s / 60.0:.0f} min, but all vehicles return after "
-            f"{plan.search_s / 60.0:.0f} min: the search ends before its last leg; allow more time, or make the area "
-            "smaller.",
-            blocking=False,
-        )
-    left = 1.0 - plan.min_battery_fraction
-    if estimate.battery_fraction > left:
-        yield PlanProblem(
-            "endurance_s",
-            f"The flight takes {estimate.battery_fraction:.0%} of a battery, and the reserve leaves {left:.0%}: the "
-            "search ends before its last leg; use a smaller area or more vehicles.",
-            blocking=False,
-        )
-
-
-def _warn_of_margin(plan: MissionPlan) -> Iterator[PlanProblem]:
-    stopping = StoppingDistance(plan.cruise_speed_mps)
-    margin_m = fence_margin_m(plan.fence_margin_m, plan.cruise_speed_mps)
-    if margin_m < stopping.total_m - _ROUNDING_M:
-        text = (
-            f"With a margin of {margin_m:g} m a vehicle at full speed may stop outside of the geofence: it needs "
-            f"{stopping}. Leave the margin empty, or fly slower."
-        )
-        yield PlanProblem("fence_margin_m", text, blocking=False)
-    if plan.fence_enu_m is None:
-        return
-    fence_m = as_polygon(plan.fence_enu_m, "fence_enu_m")
-    nearest_m = min(signed_depth_m(np.array(corner_m), fence_m) for corner_m in plan.area_enu_m)
-    if nearest_m < margin_m:
-        text = (
-            f"The search area comes within {max(nearest_m, 0.0):.0f} m of the geofence, whose margin is "
-            f"{margin_m:.1f} m: vehicles do not fly above what lies in the margin. Widen the geofence, fly slower, or "
-            "lower the margin."
-        )
-        yield PlanProblem("fence_enu_m", text, blocking=False)

@@ -63,6 +63,8 @@ class PlanEstimate:
     """Time from the first take-off to the last landing."""
     battery_fraction: float
     """Share of a full battery that the flight takes."""
+    climb_m: float
+    """Climbs of the highest vehicle, added up."""
 
     @property
     def hectares_per_hour(self) -> float:
@@ -71,7 +73,7 @@ class PlanEstimate:
 
 
 def estimate_plan(plan: MissionPlan, plane_height_m: float) -> PlanEstimate:
-    """Estimate a plan that :func:`aos_gcs.planning.check.check_plan` finds nothing wrong with.
+    """Estimate a plan over level ground that :func:`aos_gcs.planning.check.check_plan` finds nothing wrong with.
 
     Args:
         plan: to be flown.
@@ -96,6 +98,7 @@ def estimate_plan(plan: MissionPlan, plane_height_m: float) -> PlanEstimate:
         scan_s=flight.scan_s,
         flight_s=flight.duration_s,
         battery_fraction=flight.duration_s / plan.endurance_s,
+        climb_m=plan.highest_layer_m,
     )
 
 

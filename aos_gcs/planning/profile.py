@@ -66,11 +66,16 @@ def plan_profile(
     terrain, origin = settings.terrain, settings.origin or origin
     if terrain is not None and origin is None:
         return ()
-    count = max(_FEWEST, min(_MOST, MAX_SAMPLES // max(1, len(legs))))
     if terrain is None or origin is None:
         return tuple(_level(plan, leg) for leg in legs)
     is_reported = settings.origin is None
     relief = planned_relief(plan, terrain, origin, homes_enu_m, legs, is_reported=is_reported)
+    return profiles_over(plan, legs, relief)
+
+
+def profiles_over(plan: MissionPlan, legs: Sequence[ScanLeg], relief: PlannedRelief) -> tuple[LegProfile, ...]:
+    """Return the profile of each leg over known ground."""
+    count = max(_FEWEST, min(_MOST, MAX_SAMPLES // max(1, len(legs))))
     return tuple(_above_ground(plan, leg, relief, count) for leg in legs)
 
 

@@ -225,6 +225,7 @@ def _estimate(estimate: PlanEstimate, origin: GeodeticPosition) -> wire.PlanEsti
         hectares_per_hour=estimate.hectares_per_hour,
         flight_s=estimate.flight_s,
         battery_percent=100.0 * estimate.battery_fraction,
+        climb_m=estimate.climb_m,
     )
 
 

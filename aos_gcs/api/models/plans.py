@@ -140,6 +140,7 @@ class PlanEstimateModel(WireModel):
     hectares_per_hour: float = Field(description="Part of the search area that is swept per time of the whole flight.")
     flight_s: float = Field(description="From the first take-off to the last landing.")
     battery_percent: float = Field(description="Share of a full battery.")
+    climb_m: float = Field(description="Climbs of the highest vehicle, added up.")
 
 
 class LegProfileModel(WireModel):

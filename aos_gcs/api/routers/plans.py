@@ -19,7 +19,6 @@ from aos_gcs.errors import ConfigurationError, InputDataError, MissionError
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.planning.advice import propose
 from aos_gcs.planning.check import examine_plan
-from aos_gcs.planning.estimate import estimate_plan
 from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.plan import MissionPlan, available_options, plan_of
 from aos_gcs.planning.profile import LegProfile, plan_profile
@@ -146,11 +145,8 @@ def _report(
     found = examine_plan(plan, settings, homes_enu_m, origin)
     fence_enu_m = planned_boundaries(plan, homes_enu_m).fence_enu_m if found.legs else plan.fence_enu_m or ()
     picture = plan_convert.PlanPicture(_profile(plan, settings, homes_enu_m, origin, found.legs), fence_enu_m)
-    if any(problem.blocking for problem in found.problems):
-        return plan_convert.report(plan, found.problems, (), None, picture=picture, origin=origin)
-    plane_height_m = settings.imaging.plane_height_m
-    proposals, estimate = propose(plan, plane_height_m), estimate_plan(plan, plane_height_m)
-    return plan_convert.report(plan, found.problems, proposals, estimate, picture=picture, origin=origin)
+    proposals = propose(plan, settings.imaging.plane_height_m) if found.estimate else ()
+    return plan_convert.report(plan, found.problems, proposals, found.estimate, picture=picture, origin=origin)
 
 
 def _profile(

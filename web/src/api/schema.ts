@@ -1679,6 +1679,11 @@ export interface components {
        */
       battery_percent: number;
       /**
+       * Climb M
+       * @description Climbs of the highest vehicle, added up.
+       */
+      climb_m: number;
+      /**
        * Covered Percent
        * @description Share of the whole area.
        */

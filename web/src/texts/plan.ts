@@ -72,6 +72,7 @@ export const plan = {
   battery: "Battery use",
   areaSize: "Area",
   legs: "Legs",
+  climb: "Climb",
   swath: "Swath",
   layers: "Altitude layers",
   profile: {

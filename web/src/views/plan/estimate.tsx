@@ -55,6 +55,7 @@ function Figures({ estimate, layers_m }: { estimate: PlanEstimate; layers_m: rea
     [texts.plan.battery, quantity(estimate.battery_percent, 0, "%")],
     [texts.plan.areaSize, quantity(estimate.free_area_m2 / 10_000, 2, "ha")],
     [texts.plan.legs, String(estimate.legs.length)],
+    [texts.plan.climb, quantity(estimate.climb_m, 0, "m")],
     [texts.plan.swath, quantity(estimate.swath_m, 0, "m")],
     [texts.plan.layers, `${quantity(lowest, 0)} – ${quantity(highest, 0, "m")}`],
   ];
