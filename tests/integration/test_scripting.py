@@ -81,8 +81,8 @@ async def simulator(vehicles: int) -> AsyncIterator[tuple[SimulatedSwarm, list[s
         speed=SPEED,
         image_size_px=32,
         start_up_s=2.0,
-        # Clock seconds that a busy machine needs between two heartbeats, and between arming and take-off.
-        parameters={"FS_GCS_TIMEOUT": clock_s(3.0), "DISARM_DELAY": 120.0},
+        # What a busy machine needs between two heartbeats, in real time, and between arming and take-off.
+        parameters={"FS_GCS_TIMEOUT": scaled_s(3.0), "DISARM_DELAY": 120.0},
     )
     async with SimulatedSwarm(settings, CheckerboardGround()) as swarm:
         yield swarm, [f"udpin://127.0.0.1:{port}"]

@@ -148,7 +148,8 @@ class ArduCopter(SimulatedAutopilot):
             return_climb_m=value["RTL_CLIMB_MIN"] / 100,
             return_loiter_s=value["RTL_LOIT_TIME"] / 1000,
             disarm_landed_s=0.0,
-            disarm_idle_s=value["DISARM_DELAY"],
+            # As the patience with the link: a fast simulation gives the operator as much real time.
+            disarm_idle_s=value["DISARM_DELAY"] * self.identity.speed,
             face_target=value["WP_YAW_BEHAVIOR"] != 0,
         )
 

@@ -140,7 +140,8 @@ class Px4(SimulatedAutopilot):
             return_climb_m=0.0,
             return_loiter_s=max(0.0, value["RTL_LAND_DELAY"]),
             disarm_landed_s=value["COM_DISARM_LAND"],
-            disarm_idle_s=value["COM_DISARM_PRFLT"],
+            # As the patience with the link: a fast simulation gives the operator as much real time.
+            disarm_idle_s=value["COM_DISARM_PRFLT"] * self.identity.speed,
             face_target=False,
         )
 

@@ -79,6 +79,16 @@ def test_armed_without_takeoff_disarms_by_itself(bench):
     assert not is_armed(bench)
 
 
+def test_a_faster_simulation_leaves_as_much_real_time_for_the_takeoff(bench):
+    bench.autopilot.identity = dataclasses.replace(bench.autopilot.identity, speed=3.0)
+    bench.set_parameter("DISARM_DELAY", 5)
+    bench.long(ARM, 1)
+    bench.advance(14.5)
+    assert is_armed(bench)
+    bench.advance(1.0)
+    assert not is_armed(bench)
+
+
 def test_mode_without_position_fails(make_bench):
     bench = make_bench("arducopter", start_up_s=60.0)
     assert bench.long(SET_MODE, 1, GUIDED) == [FAILED]
