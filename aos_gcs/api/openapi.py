@@ -20,6 +20,7 @@ from aos_gcs.api.routers import (
     findings,
     ground,
     handover,
+    kml,
     mission,
     operation,
     plans,
@@ -37,8 +38,8 @@ _DESCRIPTION = (
 
 def add_routes(app: FastAPI) -> None:
     """Add all routes of the API."""
-    groups = (session, mission, operation, plans, replay, viewer, findings, ground, handover, basemap, relief, events)
-    for group in groups:
+    of_findings = (kml, findings, handover)  # The file with pictures before those without.
+    for group in (session, mission, operation, plans, replay, viewer, *of_findings, ground, basemap, relief, events):
         # Routers state whole paths. Other than with include_router, applications share the routes once they are built.
         app.router.routes.extend(group.router.routes)
 

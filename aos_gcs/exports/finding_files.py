@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
@@ -14,7 +14,7 @@ from aos_gcs.exports.xml_text import xml_document
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.mission.model.findings import Finding
 
-_KML = "http://www.opengis.net/kml/2.2"
+KML = "http://www.opengis.net/kml/2.2"
 _GPX = "http://www.topografix.com/GPX/1/1"
 
 
@@ -65,6 +65,10 @@ class PlacedFinding:
         }
         return {name: value for name, value in values.items() if value is not None}
 
+    def description(self) -> str:
+        """Return what is known of it as one line."""
+        return "; ".join(f"{name.replace('_', ' ')}: {value}" for name, value in self.properties().items())
+
 
 def to_geojson(findings: Sequence[PlacedFinding]) -> str:
     """Return a collection of points, longitude first; altitudes above mean sea level."""
@@ -82,19 +86,25 @@ def to_geojson(findings: Sequence[PlacedFinding]) -> str:
 
 def to_kml(findings: Sequence[PlacedFinding]) -> str:
     """Return placemarks on the ground."""
-    root = ET.Element("kml", xmlns=_KML)
+    root = ET.Element("kml", xmlns=KML)
     document = ET.SubElement(root, "Document")
     ET.SubElement(document, "name").text = "Findings"
     for placed in findings:
-        placemark = ET.SubElement(document, "Placemark", id=f"finding-{placed.finding.finding_id}")
-        ET.SubElement(placemark, "name").text = placed.name
-        ET.SubElement(placemark, "description").text = _description(placed.properties())
-        if (seen_at := placed.clock_time(placed.finding.seen_at_s)) is not None:
-            ET.SubElement(ET.SubElement(placemark, "TimeStamp"), "when").text = seen_at
-        point = ET.SubElement(placemark, "Point")
-        ET.SubElement(point, "altitudeMode").text = "clampToGround"
-        ET.SubElement(point, "coordinates").text = ",".join(map(str, _coordinates(placed.position)))
+        document.append(placemark(placed, placed.description()))
     return xml_document(root)
+
+
+def placemark(placed: PlacedFinding, description: str) -> ET.Element:
+    """Return a placemark of KML on the ground, with this text in its balloon."""
+    element = ET.Element("Placemark", id=f"finding-{placed.finding.finding_id}")
+    ET.SubElement(element, "name").text = placed.name
+    ET.SubElement(element, "description").text = description
+    if (seen_at := placed.clock_time(placed.finding.seen_at_s)) is not None:
+        ET.SubElement(ET.SubElement(element, "TimeStamp"), "when").text = seen_at
+    point = ET.SubElement(element, "Point")
+    ET.SubElement(point, "altitudeMode").text = "clampToGround"
+    ET.SubElement(point, "coordinates").text = ",".join(map(str, _coordinates(placed.position)))
+    return element
 
 
 def to_gpx(findings: Sequence[PlacedFinding]) -> str:
@@ -107,7 +117,7 @@ def to_gpx(findings: Sequence[PlacedFinding]) -> str:
         if (seen_at := placed.clock_time(placed.finding.seen_at_s)) is not None:
             ET.SubElement(waypoint, "time").text = seen_at
         ET.SubElement(waypoint, "name").text = placed.name
-        ET.SubElement(waypoint, "desc").text = _description(placed.properties())
+        ET.SubElement(waypoint, "desc").text = placed.description()
     return xml_document(root)
 
 
@@ -121,10 +131,6 @@ FORMATS: dict[str, tuple[str, Callable[[Sequence[PlacedFinding]], str]]] = {
 
 def _coordinates(position: GeodeticPosition) -> tuple[float, float, float]:
     return round(position.longitude_deg, 7), round(position.latitude_deg, 7), round(position.altitude_amsl_m, 1)
-
-
-def _description(properties: Mapping[str, Any]) -> str:
-    return "; ".join(f"{name.replace('_', ' ')}: {value}" for name, value in properties.items())
 
 
 def _rounded(value: float | None, digits: int) -> float | None:

@@ -75,7 +75,7 @@ class StatusBoard:
     def failed(self, error: ChannelError) -> None:
         """Note why it does not work."""
         state = ChannelState.REFUSED if error.is_refused else ChannelState.FAILED
-        self.status = replace(self.status, state=state, text=str(error))
+        self.status = replace(self.status, state=state, text=str(error).removesuffix("."))
 
     def sent(self, count: int = 1) -> None:
         """Count messages that were sent."""

@@ -22,6 +22,7 @@ from aos_gcs.mission.model.checks import CheckOverride, CheckStatus, PreflightCh
 from aos_gcs.mission.model.events import Event, EventKind, NoticeRecord, PicturesRecord, PlanRecord
 from aos_gcs.mission.model.findings import ErrorEllipse, Finding, FindingChange, TargetEstimate
 from aos_gcs.mission.model.phase import Outcome, Phase, Suspension
+from aos_gcs.mission.model.sharing import ChannelStatus
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.steps import FocusSnapshot, FocusSource, Picture, PictureKind, StepRecord
 from aos_gcs.mission.model.vehicles import Task
@@ -61,6 +62,7 @@ class ScriptedMission:
         self.acknowledgements = Acknowledgements()
         self.order = CommandOrder("scripted-1", lambda: 0.0, math.inf)
         """Commands of any age are taken, since the machine may be busy; tests of their age replace it."""
+        self.sharing: tuple[ChannelStatus, ...] = ()
         self._clock = clock
         self._notices = 0
         self.operators: list[str] = []
@@ -116,6 +118,7 @@ class ScriptedMission:
             planned_vehicles=len(self._chosen),
             acknowledgements=self.acknowledgements.all(),
             command_count=self.order.count,
+            sharing=self.sharing,
             started_utc_s=self._started_utc_s,
             ground=GROUND if self._steps else None,
             scan_left_s=252.0 if self._steps else None,

@@ -50,7 +50,8 @@ async def test_findings_reach_a_server_that_is_restarted_and_leave_it_when_they_
         server.events.clear()
         await stack.enter_async_context(server.listening(port))
         await server.until(lambda: {f"{FINDING}.delete", "aos-gcs.area"} <= set(server.uids()))
-        assert FINDING not in server.uids()
+        # The server may be back before the decision has arrived: the deletion has the last word.
+        assert FINDING not in server.uids()[server.uids().index(f"{FINDING}.delete") :]
         await server.until(lambda: statuses[-1].state is ChannelState.CONNECTED)
     assert any("Sharing with TAK" in notice.text and "Connected" in notice.text for notice in notices)
 
@@ -106,10 +107,10 @@ def server_context(folder: Path) -> ssl.SSLContext:
     ("fields", "text", "state"),
     [
         ({"certificate": "station"}, "Connected", ChannelState.CONNECTED),
-        ({"certificate": "station", "ca_file": "stranger.pem"}, "not signed by tak.ca_file", ChannelState.REFUSED),
+        ({"certificate": "station", "ca_file": "stranger.pem"}, "not signed by the authority", ChannelState.REFUSED),
         ({"certificate": "station", "server_name": "tak.example"}, "for another name", ChannelState.REFUSED),
-        ({"certificate": "intruder"}, "check that it accepts tak.certificate_file", ChannelState.REFUSED),
-        ({}, "check that it accepts tak.certificate_file", ChannelState.REFUSED),
+        ({"certificate": "intruder"}, "check that it accepts our certificate", ChannelState.REFUSED),
+        ({}, "check that it accepts our certificate", ChannelState.REFUSED),
     ],
 )
 async def test_certificates_that_do_not_fit_are_named(

@@ -278,7 +278,7 @@ async def test_a_refusal_and_a_wrong_clock_are_named() -> None:
     async with mapping(service) as channel:
         await asyncio.sleep(0.5)
         assert channel.status.state is ChannelState.REFUSED
-        assert "(401); check caltopo.map" in channel.status.text
+        assert "(401); check the id of the map" in channel.status.text
         service.date_utc_s = UTC_S + 3600.0
         await asyncio.sleep(5.0)
         assert "clock differs from this machine's by 60 min" in channel.status.text

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 
+import httpx
 import pytest
 
 from aos_gcs.bridge.messages import REQUESTS, SHARING_REQUESTS, MalformedMessageError, pack, unpack
@@ -19,6 +20,7 @@ from aos_gcs.ports import Notice, Severity
 from aos_gcs.runtime.sharing_process import SharingStart
 from aos_gcs.sharing.settings import SharingSettings, TakSettings
 from aos_gcs.sharing.watch import SharingWatch
+from tests.fakes.app import app_of
 from tests.fakes.bridge import connected, hosted, mirrored_by
 from tests.fakes.mission import ScriptedMission
 
@@ -138,3 +140,23 @@ def test_the_configuration_names_the_field_that_is_wrong() -> None:
         sharing_settings(parse_config(file | {"tak": {"url": "udp://239.2.3.1:6969", "user": "x"}}))
     with pytest.raises(ConfigurationError, match=r"tak: .*needs a port"):
         sharing_settings(parse_config(file | {"tak": {"url": "tcp://host"}}))
+
+
+@pytest.mark.looptime
+async def test_the_page_is_told_how_each_receiver_does() -> None:
+    mission = ScriptedMission(LoopClock())
+    mission.sharing = (STATUS,)
+    transport = httpx.ASGITransport(app_of(mission))
+    async with httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1") as client:
+        told = (await client.get("/api/mission")).json()["sharing"]
+    assert told == [
+        {
+            "name": "TAK",
+            "target": "tcp://host:8087",
+            "state": "connected",
+            "text": "Connected",
+            "sent": 0,
+            "lost": 0,
+            "sent_utc_s": None,
+        }
+    ]

@@ -163,7 +163,7 @@ async def test_messages_are_repeated_in_order_until_they_are_taken() -> None:
         await asyncio.sleep(0.5)
         assert (channel.status.state, channel.status.text) == (
             ChannelState.FAILED,
-            "The service answers with status 503.",
+            "The service answers with status 503",
         )
         await asyncio.sleep(60.0)
     assert receiver.events == ["station.started", "finding.new", "alert"]
@@ -186,7 +186,7 @@ async def test_a_receiver_that_was_away_for_long_is_tried_within_ten_seconds() -
 
 
 @pytest.mark.looptime
-@pytest.mark.parametrize(("status", "text"), [(401, "refuses us (401); check webhook.url"), (302, "has moved (302)")])
+@pytest.mark.parametrize(("status", "text"), [(401, "refuses us (401); check its address"), (302, "has moved (302)")])
 async def test_a_refusal_is_named_and_nothing_is_given_up(status: int, text: str) -> None:
     receiver = Receiver(status)
     async with delivering(receiver) as channel:

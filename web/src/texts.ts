@@ -215,6 +215,11 @@ export const texts = {
     },
     target: (trackId: number) => (trackId === 0 ? "Target" : `Target ${trackId}`),
   },
+  sharing: {
+    panel: "Live sharing",
+    sentAt: (time: string) => `Last sent ${time}.`,
+    lost: (count: number) => `${count} ${count === 1 ? "message" : "messages"} given up.`,
+  },
   searched: {
     panel: "Search",
     seen: "Area seen",

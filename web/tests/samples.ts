@@ -69,6 +69,7 @@ export function mission(changes: Partial<Mission> = {}): Mission {
     targets: [],
     findings: [],
     acknowledgements: [],
+    sharing: [],
     command_count: 0,
     min_separation_m: null,
     focus: { height_m: 0, source: "configured", sigma_m: null },

@@ -13,6 +13,7 @@ from aos_gcs.api.convert.places import finite, geodetic, percent, rounded, scan_
 from aos_gcs.api.convert.preflight import preflight_check
 from aos_gcs.api.convert.replay import replay_state
 from aos_gcs.api.convert.reuse import Reused, ReusedItems
+from aos_gcs.api.convert.sharing import channel
 from aos_gcs.api.convert.vehicles import VehicleConverter
 from aos_gcs.api.models.base import ScanLegModel, VertexModel
 from aos_gcs.api.models.mission import (
@@ -52,6 +53,7 @@ class MissionConverter:
         self._preflight = ReusedItems(preflight_check)
         self._findings = ReusedItems(partial(finding, origin=origin))
         self._acknowledgements = ReusedItems(acknowledgement)
+        self._sharing = ReusedItems(channel)
         self._area = Reused(self._polygon)
         self._fence = Reused(self._polygon)
         self._no_go = ReusedItems(self._polygon)
@@ -91,6 +93,7 @@ class MissionConverter:
             findings=self._findings(snapshot.findings),
             acknowledgements=self._acknowledgements(snapshot.acknowledgements),
             command_count=snapshot.command_count,
+            sharing=self._sharing(snapshot.sharing),
             replay=replay_state(replay) if replay else None,
             allowed_actions=[] if replay or is_survey else allowed_actions(snapshot),
         )

@@ -11,6 +11,7 @@ from aos_gcs.api.models.findings import FindingModel, TargetModel
 from aos_gcs.api.models.notices import AcknowledgementModel
 from aos_gcs.api.models.preflight import PreflightCheckModel
 from aos_gcs.api.models.replay import ReplayModel
+from aos_gcs.api.models.sharing import ChannelModel
 from aos_gcs.api.models.vehicles import VehicleModel
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.phase import Outcome, Phase, Suspension
@@ -83,6 +84,7 @@ class MissionModel(WireModel):
         description="Latest acknowledgements, by the number of their notice: the same for all operators."
     )
     command_count: int = Field(description="Number of the latest operator's command that was carried out.")
+    sharing: list[ChannelModel] = Field(description="Systems that data is shared with live; empty without any.")
     replay: ReplayModel | None = Field(description="Replay that is shown; null for a live mission.")
     allowed_actions: list[Action] = Field(description="Actions worth offering now; a request can still be refused.")
 

@@ -27,7 +27,7 @@ class ChannelStatus:
     """Address without anything secret."""
     state: ChannelState
     text: str
-    """What is so and what to do, in one sentence."""
+    """What is so and what to do, without a full stop."""
     sent: int = 0
     """Messages sent so far."""
     lost: int = 0

@@ -230,7 +230,7 @@ class MapChannel:
         if abs(ahead_s) > _CLOCK_S:
             text = f"The service's clock differs from this machine's by {abs(ahead_s) / 60.0:.0f} min: set the clock."
             raise ChannelError(text, is_refused=True)
-        raise answer.error("check caltopo.map, the credential and its permission")
+        raise answer.error("check the id of the map, the credential and its permission")
 
 
 def _result(answer: Answer) -> dict[str, Any]:

@@ -122,7 +122,7 @@ class TakChannel:
     def _text(self, connection: Connection) -> str:
         text = "Connected" if connection.answers else "Sending; datagrams are not acknowledged"
         if self._undulation_m is None:
-            text += ". Heights are sent as unknown: no geoid was found; install PROJ's grid of EGM96, or set tak.geoid"
+            text += ". Heights are sent as unknown: no geoid was found; install PROJ's grid of EGM96"
         return text + self._clock_text
 
 

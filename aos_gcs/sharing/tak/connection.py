@@ -143,7 +143,7 @@ class Stream:
         if isinstance(error, ssl.SSLError):
             return _tls_error(error)
         if self._is_silent:
-            text = "The server has closed the connection without a word; check that it accepts tak.certificate_file."
+            text = "The server has closed the connection without a word; check that it accepts our certificate."
             return ChannelError(text, is_refused=True)
         return ChannelError("The server has closed the connection." if error is None else _reason(error))
 
@@ -217,11 +217,11 @@ def _tls_error(error: ssl.SSLError) -> ChannelError:
         elif "expired" in error.verify_message:
             text = "The server's certificate has expired, or this machine's clock is wrong."
         elif "match" in error.verify_message or "mismatch" in error.verify_message:
-            text = f"The server's certificate is for another name ({error.verify_message}); set tak.server_name to it."
+            text = f"The server's certificate is for another name ({error.verify_message}). Configure that name."
         else:
-            text = f"The server's certificate is not signed by tak.ca_file ({error.verify_message})."
+            text = f"The server's certificate is not signed by the authority that we trust ({error.verify_message})."
     elif "ALERT" in (error.reason or ""):
-        text = "The server refuses our certificate; check tak.certificate_file, and that the server knows it."
+        text = "The server refuses our certificate; check that it knows it."
     else:
         text = f"The server does not speak TLS as expected ({error.reason or error}); check the port."
     return ChannelError(text, is_refused=True)

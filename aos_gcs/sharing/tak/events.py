@@ -6,10 +6,11 @@ ellipse times 2.146, and that of the height times 1.645.
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from xml.etree import ElementTree as ET
+
+from aos_gcs.exports.xml_text import readable
 
 CE90 = 2.146
 """Radius of the circle that holds 90 % of a circular normal distribution, in standard deviations along an axis."""
@@ -17,7 +18,6 @@ LE90 = 1.645
 """Half the interval that holds 90 % of a normal distribution, in standard deviations."""
 UNKNOWN = "9999999.0"
 """Value of heights and errors that are not known."""
-_NOT_IN_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _MAX_TEXT = 2000
 """Longest text that is sent; longer comments end there."""
 _DELETION_STALE_S = 60.0
@@ -72,7 +72,7 @@ def ping_xml(name: str, utc_s: float) -> bytes:
 
 def clean(text: str) -> str:
     """Return a text without characters that XML cannot hold, and not longer than maps can show."""
-    return _NOT_IN_XML.sub("\ufffd", text[:_MAX_TEXT])
+    return readable(text[:_MAX_TEXT])
 
 
 def _event(uid: str, kind: str, how: str, utc_s: float, lifetime_s: float) -> ET.Element:

@@ -26,7 +26,7 @@ PAUSES_S = (1.0, 2.0, 4.0, 8.0)
 """Pauses before a message is sent again, by the number of failures; the last one goes on."""
 _UNUSABLE = frozenset({400, 409, 413, 415, 422})
 """Statuses by which a receiver refuses one message, not us: it is given up, and the next one follows."""
-_REMEDY = "check webhook.url and the secret"
+_REMEDY = "check its address and the secret"
 _ALERTS = frozenset({Severity.NEWS, Severity.WARNING, Severity.CRITICAL})
 
 

@@ -34,5 +34,8 @@ export function thumbnailUrl(
   return `/api/findings/${finding_id}/${kind}.png?${query.toString()}`;
 }
 
-export const FINDING_FILES = ["geojson", "kml", "gpx"] as const;
+export const FINDING_FILES = ["geojson", "kml", "kmz", "gpx"] as const;
+
+/** Address of the file by which Google Earth and CalTopo follow the mission. */
+export const NETWORK_LINK_URL = "/api/network-link.kml";
 export const findingsFileUrl = (suffix: (typeof FINDING_FILES)[number]): string => `/api/findings.${suffix}`;

@@ -104,6 +104,26 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/findings.kmz": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Export Kmz
+     * @description Return all findings with their pictures, those of the last steps that show them.
+     */
+    get: operations["export_kmz_api_findings_kmz_get"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
   "/api/findings/{finding_id}": {
     parameters: {
       query?: never;
@@ -206,6 +226,26 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/live.kml": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Live
+     * @description Return vehicles, search area, legs flown and findings as KML.
+     */
+    get: operations["read_live_api_live_kml_get"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
   "/api/mission": {
     parameters: {
       query?: never;
@@ -280,6 +320,26 @@ export interface paths {
      * @description Return all steps so far, oldest first.
      */
     get: operations["read_steps_api_mission_steps_get"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/network-link.kml": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Network Link
+     * @description Return a file that Google Earth and CalTopo open once, and that has them read ``live.kml`` every 10 s.
+     */
+    get: operations["read_network_link_api_network_link_kml_get"];
     put?: never;
     post?: never;
     delete?: never;
@@ -887,6 +947,46 @@ export interface components {
       }[];
     };
     /**
+     * ChannelModel
+     * @description A system that data is shared with.
+     */
+    ChannelModel: {
+      /**
+       * Lost
+       * @description Messages that were given up.
+       */
+      lost: number;
+      /** Name */
+      name: string;
+      /**
+       * Sent
+       * @description Messages sent so far.
+       */
+      sent: number;
+      /**
+       * Sent Utc S
+       * @description Time of the latest message sent; null before the first.
+       */
+      sent_utc_s: number | null;
+      state: components["schemas"]["ChannelState"];
+      /**
+       * Target
+       * @description Address without anything secret.
+       */
+      target: string;
+      /**
+       * Text
+       * @description What is so and what to do, without a full stop.
+       */
+      text: string;
+    };
+    /**
+     * ChannelState
+     * @description State of the connection to another system.
+     * @enum {string}
+     */
+    ChannelState: "connecting" | "connected" | "failed" | "refused";
+    /**
      * CheckStatus
      * @description Status of a preflight check.
      * @enum {string}
@@ -1470,6 +1570,11 @@ export interface components {
        * @description Time that the rest of the legs takes at the pace so far; null before that is known.
        */
       scan_left_s: number | null;
+      /**
+       * Sharing
+       * @description Systems that data is shared with live; empty without any.
+       */
+      sharing: components["schemas"]["ChannelModel"][];
       /**
        * Started Utc S
        * @description Start in seconds since the Unix epoch, so that mission times can be told as clock times; null before the start and in surveys.
@@ -2863,6 +2968,33 @@ export interface operations {
       };
     };
   };
+  export_kmz_api_findings_kmz_get: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content?: never;
+      };
+      /** @description Conflict */
+      409: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+    };
+  };
   change_finding_api_findings__finding_id__patch: {
     parameters: {
       query?: never;
@@ -3125,6 +3257,33 @@ export interface operations {
       };
     };
   };
+  read_live_api_live_kml_get: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content?: never;
+      };
+      /** @description Conflict */
+      409: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+    };
+  };
   read_mission_api_mission_get: {
     parameters: {
       query?: never;
@@ -3274,6 +3433,24 @@ export interface operations {
         content: {
           "application/json": components["schemas"]["StepModel"][];
         };
+      };
+    };
+  };
+  read_network_link_api_network_link_kml_get: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content?: never;
       };
     };
   };

@@ -60,7 +60,9 @@ export const decide = {
   marking: "Click the position on the map",
   markAt: "Mark by coordinates",
   markIt: "Mark",
-  file: { geojson: "GeoJSON", kml: "KML", gpx: "GPX" },
+  file: { geojson: "GeoJSON", kml: "KML", kmz: "KMZ with images", gpx: "GPX" },
+  networkLink: "Live map (KML)",
+  networkLinkHint: "Open it in Google Earth or CalTopo: it follows the mission for as long as the station is reached.",
 } as const;
 
 export const handover = {

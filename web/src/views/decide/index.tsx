@@ -1,6 +1,6 @@
 /** View Decide: findings, their positions, and the operators' decisions. */
 import { useMemo, useRef, useState } from "preact/hooks";
-import { addFinding, FINDING_FILES, findingsFileUrl } from "../../api/findings";
+import { addFinding, FINDING_FILES, findingsFileUrl, NETWORK_LINK_URL } from "../../api/findings";
 import type { Place } from "../../api/types";
 import { enu } from "../../map/geojson";
 import { areaLayer } from "../../map/layers/area";
@@ -105,6 +105,15 @@ export function DecideView() {
                 {texts.decide.file[suffix]}
               </a>
             ))}
+            <a
+              class="button"
+              href={NETWORK_LINK_URL}
+              download
+              title={texts.decide.networkLinkHint}
+              data-testid="file-network-link"
+            >
+              {texts.decide.networkLink}
+            </a>
           </div>
           <HandoverButtons />
         </Panel>

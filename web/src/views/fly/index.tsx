@@ -16,6 +16,7 @@ import { SearchedLegend } from "../../map/searched_legend";
 import { useBaseLayers } from "../../map/use_base";
 import { EventsPanel } from "../../panels/events";
 import { SearchedPanel } from "../../panels/searched";
+import { SharingPanel } from "../../panels/sharing";
 import { TargetsPanel } from "../../panels/targets";
 import { useShell } from "../../shell/context";
 import { toggle } from "../../state/selection";
@@ -56,6 +57,7 @@ export function FlyView() {
         <VehiclePanel />
         <SearchedPanel mission={state.mission} hasFiles={state.capabilities.viewer} />
         <TargetsPanel targets={state.mission?.targets ?? []} />
+        <SharingPanel channels={state.mission?.sharing ?? []} />
       </div>
       <FleetPanel />
       <EventsPanel notices={state.notices} acknowledgements={state.mission?.acknowledgements ?? []} />
