@@ -35,14 +35,9 @@ class Change:
 
 
 class MapBoard:
-    """Remembers what is on the map, by our names.
+    """Remembers what is on the map, by our names. What others have made, another station too, is left alone."""
 
-    Args:
-        prefix: beginning of the names of this station; what others have made is left alone.
-    """
-
-    def __init__(self, prefix: str) -> None:
-        self._prefix = prefix
+    def __init__(self) -> None:
         self._known: dict[str, _Known] = {}
 
     def read(self, features: Iterable[object]) -> None:
@@ -53,7 +48,7 @@ class MapBoard:
                 continue
             uid, feature_id = uid_of(feature), feature.get("id")
             kind = feature.get("properties", {}).get("class")
-            if uid is None or not uid.startswith(self._prefix) or kind not in {"Marker", "Shape"}:
+            if uid is None or kind not in {"Marker", "Shape"}:
                 continue
             if isinstance(feature_id, str) and feature_id:
                 known = former.get(uid)

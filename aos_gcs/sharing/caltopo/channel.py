@@ -151,7 +151,7 @@ class MapChannel:
         self._utc_s = utc_s
         self._state: SeenState | None = None
         self._tracks = Tracks()
-        self._board = MapBoard(f"{settings.name}.")
+        self._board = MapBoard()
         self._statuses = StatusBoard("CalTopo map", without_secrets(settings.url), utc_s)
 
     @property
