@@ -41,9 +41,9 @@ class Detectability:
 
 
 DETECTABILITY: Final = {
-    Posture.STANDING: Detectability(worth=0.179, slope=0.54, shape=1.11),
-    Posture.SITTING: Detectability(worth=0.400, slope=0.77, shape=1.24),
-    Posture.LYING: Detectability(worth=0.724, slope=0.52, shape=1.24),
+    Posture.STANDING: Detectability(worth=0.281, slope=0.64, shape=1.12),
+    Posture.SITTING: Detectability(worth=0.417, slope=0.64, shape=1.19),
+    Posture.LYING: Detectability(worth=0.749, slope=0.52, shape=1.17),
 }
 _LEAST_SHARE = 1e-6
 """Share of the ground below which none, or above its complement all, counts as seen: odds are finite."""

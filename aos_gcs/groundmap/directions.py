@@ -27,10 +27,10 @@ MAX_TANGENT: Final = 1.0
 """Largest horizontal distance per metre of height of a view that counts, on both axes: 45 degrees off the nadir."""
 FINEST_STEP: Final = 1.0 / 32.0
 """Smallest edge of a square; a finer canopy is counted with it, which gives too few views rather than too many."""
-GAP_SHARE: Final = 0.5
+GAP_SHARE: Final = 0.25
 """Size of what hides a person from one direction and not from another, as a share of the occluders' size."""
-USUAL_STEP: Final = 0.06
-"""Edge of a square for a forest that nobody has described: occluders of 1.4 m at a height of 11.7 m."""
+USUAL_STEP: Final = FINEST_STEP
+"""Edge of a square for a forest that nobody has described: occluders of 1.4 m at a height of 11.2 m."""
 
 
 def direction_step(crown_base_m: float, canopy_height_m: float, occluder_size_m: float) -> float:

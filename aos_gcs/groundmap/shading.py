@@ -14,7 +14,7 @@ from aos_gcs.groundmap.figures import ViewRaster
 from aos_gcs.groundmap.tile import MAX_VIEWS, VIEW_CELL_M
 from aos_gcs.imaging.pictures import RasterPicture, encode_png
 
-FULL_VIEWS: Final = 20
+FULL_VIEWS: Final = 30
 """Number of views from which the colour no longer changes."""
 PICTURED_POSTURE: Final = Posture.STANDING
 """Posture whose probability of detection is pictured: from above, one who stands is the smallest."""

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aos_gcs.groundmap.directions import FINEST_STEP, MAX_TANGENT, ViewDirections, direction_step
+from aos_gcs.groundmap.directions import FINEST_STEP, GAP_SHARE, MAX_TANGENT, ViewDirections, direction_step
 
 CELL = np.zeros((1, 3))
 
@@ -18,8 +18,8 @@ def square(directions: ViewDirections, tangent: tuple[float, float], height_m: f
     return int(squares[0]) if counts[0] else None
 
 
-def test_the_step_is_half_the_occluders_size_by_their_height() -> None:
-    assert direction_step(5.0, 18.0, 1.4) == pytest.approx(0.5 * 1.4 / 11.5)
+def test_the_step_is_a_share_of_the_occluders_size_by_their_height() -> None:
+    assert direction_step(5.0, 18.0, 1.4) == pytest.approx(GAP_SHARE * 1.4 / 11.5)
 
 
 @given(st.floats(-0.99, 0.99), st.floats(-0.99, 0.99), st.floats(10.0, 120.0), st.floats(10.0, 120.0))

@@ -233,7 +233,7 @@ export const texts = {
     leftOut: "Frames not mapped",
     file: { tif: "GeoTIFF", geojson: "Gaps (GeoJSON)" },
     detectionLegend: { title: "Probability of detection, standing person", low: "0 %", high: "100 %" },
-    viewsLegend: { title: "Independent views", low: "0", high: "20 or more" },
+    viewsLegend: { title: "Independent views", low: "0", high: "30 or more" },
   },
   heights,
   fleet,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from aos_gcs.cli.lab.detectability import detectability
 from aos_gcs.cli.lab.effectiveness import effectiveness, fit_person, parse_densities
 from aos_gcs.cli.lab.missions import missions
 from aos_gcs.cli.lab.recordings import recordings
@@ -139,6 +140,7 @@ def calibrate(
         typer.echo(f"{density:8g}  {mean:25s}  {result.lower_quartile:.3f} to {result.upper_quartile:.3f}")
 
 
+lab.command("detectability")(detectability)
 lab.command("effectiveness")(effectiveness)
 lab.command("fit-person")(fit_person)
 lab.command("missions")(missions)
