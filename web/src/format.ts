@@ -4,6 +4,10 @@ import { shownUnit } from "./units";
 
 export const UNKNOWN = "–";
 
+/** Number of a quantity alone, where its unit stands elsewhere; in the unit that {@link quantity} shows. */
+export const amount = (value: number, decimals: number, unit: string): string =>
+  quantity(value * shownUnit(unit).factor, decimals);
+
 /** Number with fixed decimals and its unit; lengths, areas and speeds are given in metric units and shown in the chosen. */
 export function quantity(value: number | null | undefined, decimals: number, unit = ""): string {
   if (value === null || value === undefined || !Number.isFinite(value)) return UNKNOWN;

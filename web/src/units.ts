@@ -18,6 +18,7 @@ const IMPERIAL: Readonly<Record<string, ShownUnit>> = {
   km: { unit: "mi", factor: 1 / 1.609344 },
   "m/s": { unit: "mph", factor: 3.6 / 1.609344 },
   "m²": { unit: "ft²", factor: 1 / 0.3048 ** 2 },
+  "ha/h": { unit: "ac/h", factor: 10_000 / 4046.8564224 },
   ha: { unit: "ac", factor: 10_000 / 4046.8564224 },
 };
 

@@ -1,5 +1,5 @@
 import { afterEach, expect, test } from "vitest";
-import { dateAndTime, distance, quantity } from "../src/format";
+import { amount, dateAndTime, distance, quantity } from "../src/format";
 import { chooseUnits, shownUnit } from "../src/units";
 import { defaultText } from "../src/views/plan/parameters";
 
@@ -15,6 +15,8 @@ test("imperial units are those of the international foot, and what has no other 
   expect(quantity(10, 1, "m/s")).toBe("22.4\u202fmph");
   expect(quantity(1, 2, "ha")).toBe("2.47\u202fac");
   expect(quantity(100, 0, "m²")).toBe("1076\u202fft²");
+  expect(quantity(12, 0, "ha/h")).toBe("30\u202fac/h");
+  expect(amount(10, 1, "m")).toBe("32.8");
   expect(quantity(84, 0, "%")).toBe("84\u202f%");
   expect(quantity(-0.01, 0, "m")).toBe("0\u202fft");
   expect(distance(3218.688)).toBe("2.00\u202fmi");

@@ -18,7 +18,7 @@ export function SearchedPanel({ mission, hasFiles }: Props) {
   if (mission === null || (mission.ground === null && mission.legs.length === 0)) return null;
   return (
     <Panel title={texts.searched.panel} testId="searched" class="searched">
-      <Facts facts={searchedFacts(mission)} class="facts" />
+      <Facts facts={searchedFacts(mission)} class="rows" />
       {hasFiles && mission.ground?.detection_percent && (
         <div class="button-row">
           {FILES.map((suffix) => (

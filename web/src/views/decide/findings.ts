@@ -1,7 +1,7 @@
 /** Content and order of the list of findings. Pure functions. */
 import type { Finding, FindingStatus, Mission } from "../../api/types";
 import { type Notation, NOTATIONS, written } from "../../coordinates";
-import { duration, likelihood, quantity, timeOfDay } from "../../format";
+import { amount, duration, likelihood, quantity, timeOfDay } from "../../format";
 import { texts } from "../../texts";
 
 export const STATUS_SIGNS: Readonly<Record<FindingStatus, string>> = { new: "?", confirmed: "✓", rejected: "✗" };
@@ -94,5 +94,5 @@ export const evidenceText = (finding: Finding): string =>
 export function ellipseText({ ellipse, sigma_m }: Finding): string {
   if (ellipse === null) return quantity(sigma_m, 1, "m");
   const { semi_major_m, semi_minor_m, heading_deg } = ellipse;
-  return `${quantity(semi_major_m, 1)} × ${quantity(semi_minor_m, 1, "m")}, ${quantity(heading_deg, 0, "°")}`;
+  return `${amount(semi_major_m, 1, "m")} × ${quantity(semi_minor_m, 1, "m")}, ${quantity(heading_deg, 0, "°")}`;
 }

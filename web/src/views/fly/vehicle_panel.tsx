@@ -53,7 +53,7 @@ export function VehiclePanel() {
       )}
       <CameraPicture key={vehicle.vehicle_id} vehicle={vehicle} />
       <Curves vehicle={vehicle} />
-      <Facts facts={vehicleFacts(vehicle, snapshotAge_s)} class="vehicle-facts" />
+      <Facts facts={vehicleFacts(vehicle, snapshotAge_s)} class="rows" />
       <Where vehicle={vehicle} />
     </Panel>
   );

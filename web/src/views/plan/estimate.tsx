@@ -2,7 +2,7 @@
 import { useState } from "preact/hooks";
 import { applyPlan } from "../../api/plans";
 import type { Phase, PlanEstimate, PlanProblem } from "../../api/types";
-import { duration, quantity } from "../../format";
+import { amount, duration, quantity } from "../../format";
 import { useShell } from "../../shell/context";
 import { texts } from "../../texts";
 import { Panel } from "../../ui/panel";
@@ -57,7 +57,7 @@ function Figures({ estimate, layers_m }: { estimate: PlanEstimate; layers_m: rea
     [texts.plan.legs, String(estimate.legs.length)],
     [texts.plan.climb, quantity(estimate.climb_m, 0, "m")],
     [texts.plan.swath, quantity(estimate.swath_m, 0, "m")],
-    [texts.plan.layers, `${quantity(lowest, 0)} – ${quantity(highest, 0, "m")}`],
+    [texts.plan.layers, `${amount(lowest, 0, "m")} – ${quantity(highest, 0, "m")}`],
   ];
   return (
     <dl class="figures">

@@ -1,5 +1,5 @@
 /** Panels for measuring distances and comparing images. */
-import { quantity } from "../../format";
+import { amount, quantity } from "../../format";
 import { useShell } from "../../shell/context";
 import type { EnuPoint } from "../../state/state";
 import { texts } from "../../texts";
@@ -29,7 +29,7 @@ export function Measure({ isMeasuring, measured, onToggle, onClear }: MeasurePro
       {isMeasuring && <p class="small">{texts.see.measureHint}</p>}
       <p role="status" data-testid="measured" data-metres={pieces.length > 0 ? total_m : undefined}>
         {pieces.length > 0 && <b>{quantity(total_m, 2, "m")}</b>}
-        {pieces.length > 1 && ` = ${pieces.map((piece_m) => quantity(piece_m, 2)).join(" + ")}`}
+        {pieces.length > 1 && ` = ${pieces.map((piece_m) => amount(piece_m, 2, "m")).join(" + ")}`}
       </p>
     </Panel>
   );
