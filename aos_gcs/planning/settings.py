@@ -87,7 +87,7 @@ class SearchMode(StrEnum):
 class SearchSettings:
     """Settings of the search."""
 
-    mode: SearchMode = SearchMode.STOPS
+    mode: SearchMode = SearchMode.CONTINUOUS
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,7 +29,14 @@ from aos_gcs.mission.model.vehicles import SettingsRecord, Task
 from aos_gcs.mission.next_sortie import NextSortie
 from aos_gcs.mission.search.ground_mapping import GroundPlace
 from aos_gcs.mission.views import LiveView
-from aos_gcs.planning.settings import Deadlines, DetectionSettings, MissionSettings, PreflightSettings
+from aos_gcs.planning.settings import (
+    Deadlines,
+    DetectionSettings,
+    MissionSettings,
+    PreflightSettings,
+    SearchMode,
+    SearchSettings,
+)
 from aos_gcs.ports import Capture, LandedState, Worker
 from tests.fakes.fleet import ORIGIN, FakeFleet
 
@@ -140,6 +147,7 @@ def settings(n: int, **changes: object) -> MissionSettings:
         origin=ORIGIN,
         deadlines=Deadlines(connect_s=5.0, preflight_s=15.0, capture_s=5.0, transfer_s=60.0, land_s=60.0),
         preflight=PreflightSettings(upload_fence=True),
+        search=SearchSettings(SearchMode.STOPS),
         detection=DetectionSettings(threshold_m2=0.3, found_min_count=2, stop_at_first=True),
         auto_start=True,
         auto_return=True,

@@ -1927,7 +1927,7 @@ export interface components {
       search_min: number;
       /**
        * @description Flight along the legs while nothing is in view: without stops, or hovering for each frame.
-       * @default stops
+       * @default continuous
        */
       search_mode: components["schemas"]["SearchMode"];
       /**
