@@ -85,13 +85,14 @@ class _Decisions:
 
 
 def _reported(final: MissionSnapshot, start_utc_s: float, decisions: _Decisions) -> tuple[ReportedFinding, ...]:
+    """Return the findings that count with their times; in surveys, these would be the times of the examination."""
     counting = [finding for finding in final.findings if finding.merged_into is None]
     ordered = sorted(counting, key=lambda one: (_RANKS[one.status], not one.is_claimed, one.finding_id))
     return tuple(
         ReportedFinding(
             finding,
-            found_utc_s=None if finding.found_in else start_utc_s + finding.found_at_s,
-            seen_utc_s=None if finding.found_in else start_utc_s + finding.seen_at_s,
+            found_utc_s=start_utc_s + finding.found_at_s if final.vehicles and not finding.found_in else None,
+            seen_utc_s=start_utc_s + finding.seen_at_s if final.vehicles and not finding.found_in else None,
             decided_utc_s=decisions.decided_utc_s(finding),
         )
         for finding in ordered

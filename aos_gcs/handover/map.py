@@ -27,7 +27,7 @@ _ELLIPSE_POINTS: Final = 48
 _LEGEND_PT: Final = 12.0
 _WHITE: Final = Color(1.0, 1.0, 1.0)
 _BLACK: Final = Color(0.0, 0.0, 0.0)
-_TRACK: Final = Color(0.35, 0.35, 0.35)
+_TRACK: Final = Color(0.15, 0.15, 0.15)
 _NO_GO: Final = Color(0.6, 0.6, 0.6)
 
 
@@ -73,7 +73,7 @@ class MissionMap(Flowable):
             self._line(canvas, (start, end), width=0.4, dash=(1, 2))
         for ways in self._handover.tracks_enu_m.values():
             for way in ways:
-                self._line(canvas, [(east_m, north_m) for east_m, north_m, _ in way], width=0.35, colour=_TRACK)
+                self._line(canvas, [(east_m, north_m) for east_m, north_m, _ in way], width=0.4, colour=_TRACK)
         self._draw_homes(canvas)
         for reported in reversed(self._handover.findings):
             self._draw_finding(canvas, reported.finding)

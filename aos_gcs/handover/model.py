@@ -118,7 +118,7 @@ class ReportedFinding:
 
     finding: Finding
     found_utc_s: float | None
-    """None for a finding of an earlier sortie."""
+    """None for a finding of an earlier sortie or of a survey."""
     seen_utc_s: float | None
     decided_utc_s: float | None
     """Time since which its status and its operator are what they are; None while nobody has decided."""

@@ -19,9 +19,9 @@ LEGENDS: Final = {
     PictureKind.COVERAGE: "grey: in a frame",
 }
 """Rasters of the searched ground, the one that says most first, and what their grey stands for."""
-_LIGHTEST, _DARKEST = 235, 130
+_LIGHTEST, _DARKEST = 245, 185
 """Greys of the share 0 and 1: what is printed above them has to be legible."""
-_FLAT: Final = 0.2
+_FLAT: Final = 0.5
 """Share that stands for ground that was in a frame: how often says little."""
 
 

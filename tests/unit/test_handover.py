@@ -13,7 +13,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import ParamSpec, TypeVar
 
-import cv2
 import httpx
 import numpy as np
 import pypdfium2 as pdfium
@@ -24,16 +23,13 @@ from hypothesis import strategies as st
 from aos_gcs.cli import main
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.geometry.notations import Notation, dms, mgrs_text, utm_text, written
-from aos_gcs.groundmap.figures import DetectionFigures, GroundFigures
 from aos_gcs.handover.contents import read_handover
 from aos_gcs.handover.flights import COLUMNS, FlightLog, to_csv
-from aos_gcs.handover.map import nice_length_m
-from aos_gcs.handover.model import Flight, HandoverOptions, Paper, Raster
-from aos_gcs.handover.searched import searched_grey
+from aos_gcs.handover.model import Flight, HandoverOptions, Paper
 from aos_gcs.handover.styles import paragraph
-from aos_gcs.handover.texts import make_writer, markup, searched_lines, shortened
+from aos_gcs.handover.texts import make_writer, markup, shortened
+from aos_gcs.mission.model.events import Event, EventKind
 from aos_gcs.mission.model.findings import FindingStatus
-from aos_gcs.mission.model.steps import PictureKind
 from aos_gcs.runtime import handover as runtime
 from aos_gcs.store.reader import MissionReader
 from aos_gcs.store.recorder import MissionRecorder
@@ -173,6 +169,23 @@ async def _with_finding(folder: Path, finding: object) -> None:
         await recorder.record_event(replace(event, seq=2, data=shown))
 
 
+def test_a_survey_has_no_flights_and_no_times_of_its_examination(tmp_path: Path) -> None:
+    async def record() -> None:
+        shown = replace(records.snapshot(), vehicles=(), findings=(replace(FOUND, operator="Robin"),))
+        async with MissionRecorder.create(tmp_path, "m", {}, notify=lambda _: None) as recorder:
+            await recorder.record_event(Event(1, START_UTC_S, EventKind.SNAPSHOT, shown))
+
+    asyncio.run(record())
+    with MissionReader(tmp_path / "m") as reader:
+        handover = read_handover(reader)
+    (reported,) = handover.findings
+    assert (handover.flights, reported.found_utc_s, reported.seen_utc_s) == ((), None, None)
+    assert reported.decided_utc_s == START_UTC_S
+    text = " ".join(printed(tmp_path / "m").split())
+    assert "none: recorded flight" in text
+    assert "No flight is in the record." in text
+
+
 def test_a_record_without_any_state_is_refused(tmp_path: Path) -> None:
     async def record() -> None:
         async with MissionRecorder.create(tmp_path, "m", {}, notify=lambda _: None):
@@ -213,12 +226,6 @@ def test_places_are_written_in_the_notation_of_the_team() -> None:
     assert written(*place, Notation.UTM) == utm_text(*place)
     assert written(*place, Notation.MGRS) == mgrs_text(*place)
     assert written(85.0, 10.0, Notation.UTM) == "85.000000° N, 10.000000° E"
-
-
-@given(st.floats(0.01, 1e6))
-def test_scales_are_round_and_fit(most_m: float) -> None:
-    length_m = nice_length_m(most_m)
-    assert length_m <= most_m < 2.5 * length_m * (1.0 + 1e-9)
 
 
 # --- command
@@ -348,41 +355,3 @@ async def test_a_missing_library_is_named(client: httpx.AsyncClient, monkeypatch
     answer = await client.get("/api/handover.pdf")
     assert answer.status_code == 422
     assert "pip install 'aos-gcs[report]'" in answer.json()["message"]
-
-
-# --- searched ground
-
-
-def raster(kind: PictureKind, shares: list[float]) -> Raster:
-    """Return a row of cells as the dashboard shows it; the first one was not searched."""
-    bgr = cv2.applyColorMap((255.0 * np.array([shares])).astype(np.uint8), cv2.COLORMAP_VIRIDIS)
-    alpha = np.full((1, len(shares)), 150, dtype=np.uint8)
-    alpha[0, 0] = 0
-    return Raster(kind, cv2.imencode(".png", np.dstack((bgr, alpha)))[1].tobytes(), 0.0, 0.0, 1.0, 1.0)
-
-
-def test_likelier_ground_is_darker_and_what_was_not_searched_stays_white() -> None:
-    (grey,) = searched_grey(raster(PictureKind.DETECTION, [0.5, 0.0, 0.5, 1.0]))
-    assert grey.tolist() == [255, 235, 183, 130]
-    assert set(searched_grey(raster(PictureKind.COVERAGE, [0.0, 0.1, 0.9]))[0]) == {255, 214}
-
-
-@given(st.lists(st.floats(0.0, 1.0), min_size=2, max_size=20))
-def test_shares_are_read_back_from_their_colours(shares: list[float]) -> None:
-    (grey,) = searched_grey(raster(PictureKind.VIEWS, [0.0, *shares]))
-    expected = [235.0 - 105.0 * share for share in shares]
-    np.testing.assert_allclose(grey[1:], expected, atol=1.0)
-
-
-def test_a_damaged_raster_is_named() -> None:
-    with pytest.raises(InputDataError, match="picture detection of the searched ground is damaged"):
-        searched_grey(Raster(PictureKind.DETECTION, b"no picture", 0.0, 0.0, 1.0, 1.0))
-
-
-def test_the_probability_of_detection_is_told_where_it_is_known() -> None:
-    final = replace(records.snapshot(), covered_fraction=0.9)
-    assert searched_lines(final) == ("90%",)
-    figures = GroundFigures(10, 0, 0.8, 3.0, DetectionFigures(0.5, 0.6, 0.7))
-    known = replace(final, ground=figures)
-    assert searched_lines(known) == ("80%", "Mean probability of detection: standing 50%, sitting 60%, lying 70%")
-    assert searched_lines(replace(final, ground=replace(figures, detection=None))) == ("80%",)
