@@ -39,7 +39,7 @@ _SUN_AZIMUTH_RAD = math.radians(315.0)
 _SUN_HEIGHT_RAD = math.radians(45.0)
 _EXAGGERATION = 3.0
 """Factor of the heights in the shading, so that gentle slopes are seen."""
-_DARKEST, _BRIGHTEST = 0.75, 0.5
+_DARKEST, _BRIGHTEST = 0.5, 0.4
 """Opacity of the darkest shadow, and of the brightest light."""
 
 

@@ -3,6 +3,7 @@ import { useMemo, useRef, useState } from "preact/hooks";
 import { addFinding, FINDING_FILES, findingsFileUrl, NETWORK_LINK_URL } from "../../api/findings";
 import type { Place } from "../../api/types";
 import { enu } from "../../map/geojson";
+import { LayerSwitch, shownOf, useLayerChoice } from "../../map/layer_switch";
 import { areaLayer } from "../../map/layers/area";
 import { pictureLayer } from "../../map/layers/picture";
 import { MapPanel } from "../../map/panel";
@@ -56,14 +57,15 @@ export function DecideView() {
   const current = useRef({ chosen, pointer, point });
   current.current = { chosen, pointer, point };
   const base = useBaseLayers();
+  const [layerChoice, setLayerChoice] = useLayerChoice();
   const layers = useMemo(() => {
     const shown = findingsLayer(() => current.current.chosen?.finding_id ?? null, choose);
     const mark = markLayer(
       () => current.current.pointer !== null,
       (place) => current.current.point(place),
     );
-    return [...base, pictureLayer, areaLayer, shown, mark];
-  }, [base]);
+    return [pictureLayer, areaLayer, shown, mark];
+  }, []);
 
   if (route.params["report"] !== undefined && state.mission !== null) {
     return <Report mission={state.mission} onClose={() => navigate("decide")} />;
@@ -128,7 +130,12 @@ export function DecideView() {
           onClose={() => navigate("decide")}
         />
       )}
-      <MapPanel layers={layers} overlay={OVERLAY} lookAt={chosen && enu(chosen.position)}>
+      <MapPanel
+        layers={[...shownOf(base, layerChoice), ...layers]}
+        overlay={OVERLAY}
+        lookAt={chosen && enu(chosen.position)}
+      >
+        <LayerSwitch layers={base} choice={layerChoice} hasPicture={false} onChange={setLayerChoice} />
         {mayMark && (
           <button
             type="button"
