@@ -1,6 +1,7 @@
 """Map of the searched ground: fed with frames as they are used, in a process of its own, for which nothing waits.
 
-Buffered: yes, ``MAX_WAITING`` frames; when full: the oldest is left out and counted.
+Buffered: yes, ``MAX_WAITING`` frames, or those of one step of a larger swarm; when full: the oldest are left out and
+counted.
 """
 
 from __future__ import annotations
@@ -116,7 +117,8 @@ class GroundMapping:
         if self._place is None:
             return
         self._waiting += [(step, frame, surface) for frame in frames]
-        while len(self._waiting) > MAX_WAITING:
+        # A step's own frames are in memory anyway: a large swarm must not lose some of each step.
+        while len(self._waiting) > max(MAX_WAITING, len(frames)):
             self._waiting.popleft()
             self._left_out += 1
             self._report("The map of searched ground cannot keep up: frames are left out and their views not counted")
