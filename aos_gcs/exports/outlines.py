@@ -52,9 +52,9 @@ def _ring(following: dict[_Corner, list[_Corner]]) -> Ring:
     corners: list[_Corner] = []
     while True:
         ends = following[here]
-        # Where two cells meet at a corner, a left turn stays with the same cell.
-        left = here[0] - direction[1], here[1] + direction[0]
-        end = left if left in ends else ends[0]
+        # Where two cells meet at a corner, a right turn goes on with the other cell: no ring comes to a corner twice.
+        right = here[0] + direction[1], here[1] - direction[0]
+        end = right if right in ends else ends[0]
         ends.remove(end)
         if not ends:
             del following[here]

@@ -24,5 +24,6 @@ def ground_frame(
 ) -> Frame:
     """Return a frame of one colour, straight down: at 40 m it shows 37.3 m of the ground."""
     image = np.broadcast_to(np.array(COLOUR[: len(bands)], dtype=np.float32), (64, 64, len(bands))).copy()
-    fields = {"image": image, "pose": Pose(np.array([east_m, north_m, height_m]), R_NADIR)} | changes
-    return Frame(vehicle_id=1, bands=bands, camera=CAMERA, **fields)  # type: ignore[arg-type]
+    pose = Pose(np.array([east_m, north_m, height_m]), R_NADIR)
+    fields = {"image": image, "pose": pose, "camera": CAMERA} | changes
+    return Frame(vehicle_id=1, bands=bands, **fields)  # type: ignore[arg-type]

@@ -43,6 +43,14 @@ def test_a_ring_of_cells_has_an_outer_ring_and_a_hole() -> None:
     assert signed_area(np.array(hole) @ to_xy) == -1.0
 
 
+def test_a_hole_that_touches_the_outside_at_a_corner_is_a_hole() -> None:
+    labels = np.ones((3, 3), dtype=np.int32)
+    labels[0, 0] = labels[1, 1] = 0
+    outer, hole = outlines(labels)[1]
+    assert set(outer) == {(1, 0), (3, 0), (3, 3), (0, 3), (0, 1), (1, 1)}
+    assert set(hole) == {(1, 1), (2, 1), (2, 2), (1, 2)}
+
+
 @given(arrays(np.uint8, (6, 7), elements=st.integers(0, 1)))
 def test_outlines_enclose_their_cells_and_no_others(mask: np.ndarray) -> None:
     _, labels = cv2.connectedComponents(mask, connectivity=4)
@@ -55,8 +63,9 @@ def test_outlines_enclose_their_cells_and_no_others(mask: np.ndarray) -> None:
         assert areas[0] > 0.0
         assert all(area < 0.0 for area in areas[1:])
         assert sum(areas) == (labels == label).sum()
-        # Every corner is one: no three in a line.
+        # Every corner is one, no three in a line; and a ring that came to one twice would be no polygon.
         for ring in rings:
+            assert len(set(ring)) == len(ring)
             steps = np.sign(np.diff(np.array([*ring, ring[0], ring[1]]), axis=0))
             assert (steps[1:] != steps[:-1]).any(axis=1).all()
         painted |= (labels == label).astype(np.uint8)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from aos_gcs.errors import ImagingError, InputDataError, RecordingError
+from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.geometry.projection import Plane
@@ -125,6 +126,14 @@ def test_a_camera_that_looks_at_the_horizon_costs_no_more_than_one_that_looks_do
     assert (raster.north_m - rows).max() <= 41.0
     assert len(rows) > 0
     assert abs(columns + raster.west_m).max() <= 41.0
+
+
+def test_views_flatter_than_45_degrees_do_not_count(tmp_path: Path) -> None:
+    camera = CameraModel.from_fov(64, 64, np.radians(110.0))
+    ground = begun(tmp_path)
+    ground.add(ground_frame(0.0, 0.0, height_m=40.2, camera=camera), GROUND)
+    assert views_at(ground, 39.5, 0.5) == 1
+    assert views_at(ground, 40.5, 0.5) == 0
 
 
 def test_the_map_is_read_back_as_it_was_written(tmp_path: Path) -> None:
