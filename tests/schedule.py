@@ -19,6 +19,7 @@ WAITING = (
     "tests/integration/test_sim_",
     "tests/integration/test_api_process",
     "tests/integration/test_run_service",
+    "tests/integration/test_sharing_tak",
     "tests/integration/test_replay_command",
     "tests/integration/test_frames_",
     "tests/contract/test_workers",

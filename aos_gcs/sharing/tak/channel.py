@@ -20,6 +20,8 @@ from aos_gcs.sharing.tak.scene import scene
 
 PING_S = 10.0
 """Interval of pings."""
+UNANSWERED_S = 35.0
+"""Time without an answer to a ping from which that is said; some servers never answer, and work."""
 CLOCK_S = 60.0
 """Difference of the clocks from which it is reported: marks of 10 s would be stale, or from the future."""
 _SETTLED_S = 2.0
@@ -52,6 +54,7 @@ class TakChannel:
         self._board = MarkBoard()
         self._statuses = StatusBoard("TAK", settings.url, utc_s)
         self._clock_text = ""
+        self._answered_at_s = 0.0
 
     @property
     def status(self) -> ChannelStatus:
@@ -82,7 +85,7 @@ class TakChannel:
         self._statuses.connecting()
         connection = await connect(self._settings)
         self._board.start_over()
-        self._clock_text = ""
+        self._clock_text, self._answered_at_s = "", self._now_s()
         try:
             async with asyncio.TaskGroup() as group:
                 group.create_task(self._send(connection))
@@ -117,10 +120,13 @@ class TakChannel:
         while True:
             for server_utc_s in answers.feed(await connection.receive()):
                 self._clock_text = _clock_text(server_utc_s - self._utc_s())
+                self._answered_at_s = self._now_s()
                 self._statuses.connected(self._text(connection))
 
     def _text(self, connection: Connection) -> str:
         text = "Connected" if connection.answers else "Sending; datagrams are not acknowledged"
+        if connection.answers and self._now_s() - self._answered_at_s > UNANSWERED_S:
+            text += ", but the server answers no pings: it may stand still"
         if self._undulation_m is None:
             text += ". Heights are sent as unknown: no geoid was found; install PROJ's grid of EGM96"
         return text + self._clock_text
