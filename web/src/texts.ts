@@ -185,6 +185,7 @@ export const texts = {
   },
   map: {
     panel: "Map",
+    canvas: "Interactive map",
     fit: "Fit to fleet",
     layers: "Layers",
     picture: "Image",

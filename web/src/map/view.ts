@@ -3,6 +3,7 @@ import maplibregl, { type Map as MapLibreMap, type StyleSpecification } from "ma
 import type { Geodetic, Mission, Position } from "../api/types";
 import { boundsOf, type LngLat, toEnu, toLngLat } from "../geometry";
 import type { EnuPoint } from "../state/state";
+import { texts } from "../texts";
 import type { Theme } from "../theme";
 import { chosenUnits } from "../units";
 import { enu } from "./geojson";
@@ -58,6 +59,7 @@ export class MapView {
       touchPitch: false,
       renderWorldCopies: false,
       fadeDuration: 0,
+      locale: { "Map.Title": texts.map.canvas },
     });
     this.map.touchZoomRotate.disableRotation();
     this.map.addControl(new maplibregl.ScaleControl({ unit: chosenUnits(), maxWidth: 140 }), "bottom-left");

@@ -34,14 +34,19 @@ export function AlertBar({ alerts, mayAcknowledge }: Props) {
   const [first, ...others] = alerts;
   if (first === undefined) {
     return (
-      <div class="alert-bar">
+      <section class="alert-bar" aria-label={texts.alerts.panel}>
         <p role="alert" />
         <p class="small">{texts.alerts.none}</p>
-      </div>
+      </section>
     );
   }
   return (
-    <div class={`alert-bar is-${first.severity}`} data-testid="alert-bar" data-severity={first.severity}>
+    <section
+      class={`alert-bar is-${first.severity}`}
+      aria-label={texts.alerts.panel}
+      data-testid="alert-bar"
+      data-severity={first.severity}
+    >
       {/* Only the words are announced: buttons that change would repeat themselves. */}
       <p role="alert" tabIndex={0}>
         <b>{texts.names.severity[first.severity]}</b> {words(first)}
@@ -79,7 +84,7 @@ export function AlertBar({ alerts, mayAcknowledge }: Props) {
           </div>
         </Dialog>
       )}
-    </div>
+    </section>
   );
 }
 

@@ -82,7 +82,7 @@ export function FleetPanel() {
         <div
           class="scroll"
           tabIndex={0}
-          role="region"
+          role="group"
           aria-label={texts.fleet.panel}
           onPointerEnter={() => setPointed(true)}
           onPointerLeave={() => setPointed(false)}
