@@ -67,6 +67,20 @@ def test_a_message_says_what_has_happened_to_a_finding(changes: dict[str, object
     assert list(told.since(changed)) == []
 
 
+@pytest.mark.parametrize(
+    ("changes", "event"),
+    [
+        ({"status": FindingStatus.CONFIRMED}, HookEvent.FINDING_CONFIRMED),
+        ({"status": FindingStatus.REJECTED}, HookEvent.FINDING_REJECTED),
+        ({"merged_into": 2}, HookEvent.FINDING_MERGED),
+    ],
+)
+def test_what_was_decided_while_nobody_looked_is_told(changes: dict[str, object], event: HookEvent) -> None:
+    told, decided = FindingChanges(), shown(replace(FOUND, **changes))  # type: ignore[arg-type]
+    assert [kind for kind, _ in told.since(decided)] == [HookEvent.FINDING_NEW, event]
+    assert list(told.since(decided)) == []
+
+
 def test_a_finding_that_creeps_is_told_of_when_it_has_moved_far_since_the_last_message() -> None:
     told = FindingChanges()
     steps = [shown(replace(FOUND, position_enu_m=(0.5 * step, 0.0, 0.0))) for step in range(13)]

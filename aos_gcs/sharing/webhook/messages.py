@@ -7,7 +7,7 @@ import hmac
 import json
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from enum import StrEnum
 from typing import Any, Final
@@ -75,15 +75,18 @@ class FindingChanges:
         if snapshot.origin is None:
             return
         for finding in snapshot.findings:
-            event = _change(self._told.get(finding.finding_id), finding)
-            if event is not None:
+            former = self._told.get(finding.finding_id)
+            if former is None:
+                yield HookEvent.FINDING_NEW, finding
+                # What was decided before the first look is told, too: the message of a new one may be known already.
+                former = replace(finding, status=FindingStatus.NEW, merged_into=None)
+                self._told[finding.finding_id] = finding
+            if (event := _change(former, finding)) is not None:
                 self._told[finding.finding_id] = finding
                 yield event, finding
 
 
-def _change(former: Finding | None, finding: Finding) -> HookEvent | None:
-    if former is None:
-        return HookEvent.FINDING_NEW
+def _change(former: Finding, finding: Finding) -> HookEvent | None:
     if finding.merged_into is not None and former.merged_into is None:
         return HookEvent.FINDING_MERGED
     if finding.status is not former.status:
