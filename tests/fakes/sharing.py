@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import subprocess
 from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
@@ -102,7 +102,8 @@ class TakServer:
             task = asyncio.current_task()
             assert task is not None
             tasks.add(task)
-            await self.serve(reader, writer)
+            with suppress(asyncio.CancelledError):  # which asyncio would log as an error of this connection
+                await self.serve(reader, writer)
 
         server = await asyncio.start_server(serve, "127.0.0.1", port, **options)  # type: ignore[arg-type]
         try:

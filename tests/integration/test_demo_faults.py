@@ -91,7 +91,7 @@ async def beset_demo(tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[
 @pytest.mark.asyncio(loop_scope="module")
 async def test_a_demo_goes_on_when_its_image_workers_are_killed(beset_demo: Program) -> None:
     workers = await beset_demo.children("aos_gcs.workers.child")
-    assert len(workers) == 2, "image analysis and image decoding"
+    assert len(workers) == 3, "image analysis, image decoding, and the map of the searched ground"
     for pid in workers:
         kill(pid)
     await beset_demo.until_logged("has ended (SIGKILL)", START_TIMEOUT_S)
