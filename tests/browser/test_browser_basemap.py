@@ -82,7 +82,7 @@ async def test_a_map_is_chosen_or_dropped_in_the_browser_and_others_are_refused(
 ) -> None:
     tile = io.BytesIO()
     Image.new("RGB", (256, 256), ORANGE).save(tile, "PNG")
-    archive = pmtiles(tile.getvalue(), PNG)
+    archive = pmtiles(tile.getvalue(), PNG, attribution='<a href="javascript:alert(1)">© A team</a><img src=x>')
     async with serving() as service:
         await open_page(map_page, service.url)
         places = await map_places(map_page)
@@ -98,8 +98,11 @@ async def test_a_map_is_chosen_or_dropped_in_the_browser_and_others_are_refused(
         await expect(refusal).to_be_empty()
         await layers.click()
         await places.await_colour(20.0, 40.0, ORANGE)
+        attribution = map_page.get_by_test_id("map-attribution")
+        assert await attribution.inner_html() == "© A team"
         await layers.click()
         await map_page.get_by_test_id("basemap-forget").click()
+        await expect(attribution).to_be_hidden()
         await expect(map_page.get_by_test_id("basemap-forget")).to_be_hidden()
         await layers.click()
         await places.await_colour(20.0, 40.0, background)

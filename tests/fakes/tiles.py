@@ -76,13 +76,14 @@ def vector_tile(tile: Tile, layers: Mapping[str, Sequence[Shape]]) -> bytes:
     return b"".join(_field(3, _layer(tile, name, shapes)) for name, shapes in layers.items())
 
 
-def pmtiles(content: bytes, tile_type: int, tile: Tile = Tile(0, 0, 0), layers: Sequence[str] = ()) -> bytes:
+def pmtiles(
+    content: bytes, tile_type: int, tile: Tile = Tile(0, 0, 0), layers: Sequence[str] = (), attribution: str = ""
+) -> bytes:
     """Return an archive of one tile."""
     # One entry: the tile's number, run length 1, its length, and offset 0 stored as 1.
     root = gzip.compress(b"".join(map(_varint, (1, tile.number, 1, len(content), 1))), mtime=0)
-    metadata = gzip.compress(
-        json.dumps({"vector_layers": [{"id": name, "fields": {}} for name in layers]}).encode(), mtime=0
-    )
+    said = {"vector_layers": [{"id": name, "fields": {}} for name in layers], "attribution": attribution}
+    metadata = gzip.compress(json.dumps(said).encode(), mtime=0)
     metadata_at = _HEADER_LENGTH + len(root)
     tiles_at = metadata_at + len(metadata)
     sections = (_HEADER_LENGTH, len(root), metadata_at, len(metadata), 0, 0, tiles_at, len(content))

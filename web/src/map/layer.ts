@@ -25,6 +25,8 @@ export interface Overlay {
 
 export interface MapLayer {
   readonly id: string;
+  /** Whose map it is, which has to be shown with it. */
+  readonly attribution?: string;
   /** Add the layer on top of a map; called again when the theme changes. */
   attach(map: MapLibreMap, palette: Palette): AttachedLayer;
 }

@@ -58,6 +58,8 @@ export function MapPanel({ layers, overlay = null, extent = [], lookAt = null, c
     view.current?.update(layers, { origin, mission, state, snapshotAge_s, selected: selection.ids, overlay }, theme);
   });
 
+  const attribution = layers.flatMap((layer) => layer.attribution ?? []).join(" · ");
+
   useEffect(() => {
     if (lookAt !== null) view.current?.lookAt(lookAt);
   }, [lookAt?.join(), hasOrigin]);
@@ -79,6 +81,11 @@ export function MapPanel({ layers, overlay = null, extent = [], lookAt = null, c
             </button>
             {children}
           </div>
+          {attribution !== "" && (
+            <p class="map-attribution" data-testid="map-attribution">
+              {attribution}
+            </p>
+          )}
           <output class="map-cursor" data-testid="map-cursor" aria-label={texts.map.cursor}>
             {cursor && (
               <>

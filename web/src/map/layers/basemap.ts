@@ -19,9 +19,11 @@ export const openBasemap = (url: string): Promise<MapLayer> =>
 export async function basemapLayer(archive: PMTiles): Promise<MapLayer> {
   protocol.add(archive);
   const { tileType, maxZoom } = await archive.getHeader();
+  const attribution = attributionOf(await archive.getMetadata());
   const isVector = tileType === TileType.Mvt;
   return {
     id: SOURCE,
+    ...(attribution === "" ? {} : { attribution }),
     attach(map, palette) {
       map.addSource(SOURCE, {
         type: isVector ? "vector" : "raster",
@@ -43,4 +45,14 @@ export async function basemapLayer(archive: PMTiles): Promise<MapLayer> {
       };
     },
   };
+}
+
+const LONGEST_ATTRIBUTION = 200;
+
+/** Attribution of an archive as plain text: in files it may be HTML, which is not shown as such. */
+function attributionOf(metadata: unknown): string {
+  const said =
+    typeof metadata === "object" && metadata !== null && "attribution" in metadata ? metadata.attribution : "";
+  const page = new DOMParser().parseFromString(typeof said === "string" ? said : "", "text/html");
+  return (page.body.textContent ?? "").trim().slice(0, LONGEST_ATTRIBUTION);
 }
