@@ -198,7 +198,7 @@ class _Writer:
         pixels_per_m = width_px / (view.east_m - view.west_m)
         ellipse = finding.ellipse
         radii_m = (finding.sigma_m or 0.0,) * 2 if ellipse is None else (ellipse.semi_major_m, ellipse.semi_minor_m)
-        major_m, minor_m = (max(_LEAST_RADIUS_M, _SIGMAS * radius_m) for radius_m in radii_m)
+        major_m, minor_m = (min(max(_LEAST_RADIUS_M, _SIGMAS * radius_m), HALF_WIDTH_M) for radius_m in radii_m)
         east_m, north_m, _ = finding.position_enu_m
         return InterestArea(
             centre_px=((east_m - view.west_m) * pixels_per_m - 0.5, (view.north_m - north_m) * pixels_per_m - 0.5),

@@ -46,7 +46,9 @@ SPOT = replace(
     person_confidence=0.9,
     comment="<b>left</b> of the path \x00",
 )
-MARKED = replace(SPOT, finding_id=2, track_id=None, step=0, position_enu_m=(20.0, 5.0, 0.0), ellipse=None)
+MARKED = replace(
+    SPOT, finding_id=2, track_id=None, step=0, position_enu_m=(20.0, 5.0, 0.0), ellipse=ErrorEllipse(90.0, 9.0, 0.0)
+)
 REJECTED = replace(SPOT, finding_id=3, status=FindingStatus.REJECTED, position_enu_m=(1.0, -2.0, 0.0))
 
 
@@ -166,19 +168,23 @@ def test_every_finding_is_an_area_in_the_middle_of_a_picture_at_its_place(export
         u, v = literal_eval(area["center"])
         assert (u, v) == pytest.approx(((tag.width_px - 1) / 2, (tag.height_px - 1) / 2), abs=0.5)
         np.testing.assert_allclose(tag.R_cam2enu, nadir_pose((0, 0, 0)).R_cam2enu, atol=1e-6)
+        assert int(area["radius"]) <= tag.width_px / 2
         assert area["user_comment"].startswith(f"Finding {finding.finding_id}: ")
     assert all((exported / image.attrib["path"]).is_file() for image in images)
     hidden = {Path(image.attrib["path"]).name for image in images if image.get("hidden") == "True"}
     assert hidden == {"003_thermal.jpg", "003_integral.jpg"}
 
 
-def test_the_area_is_as_large_as_the_ellipse(exported: Path) -> None:
+def test_the_area_is_the_ellipse_in_its_size_and_direction(exported: Path) -> None:
     images = ElementTree.parse(exported / FILE_NAME).getroot().findall("images/image")
     area = next(image[0] for image in images if image.get("path") == "findings/001_thermal.jpg")
     with Image.open(exported / "findings/001_thermal.jpg") as picture:
         pixels_per_m = picture.width / 12.0
     contour = np.array(literal_eval(area.attrib["contour"])) - literal_eval(area.attrib["center"])
-    assert np.linalg.norm(contour, axis=1).max() == pytest.approx(2.4477 * pixels_per_m, abs=1.5)
+    major_px = 2.4477 * pixels_per_m
+    assert np.linalg.norm(contour, axis=1).max() == pytest.approx(major_px, abs=1.5)
+    # The major axis heads 30 degrees from the upper edge to the right; v is down.
+    assert tuple(contour[0]) == pytest.approx((0.5 * major_px, -math.cos(math.radians(30.0)) * major_px), abs=1.5)
 
 
 def test_frames_have_the_poses_of_their_cameras(exported: Path) -> None:
