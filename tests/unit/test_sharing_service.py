@@ -6,9 +6,11 @@ import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
+from aos_gcs.cli import main
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.mission.model.events import Event, EventKind, JumpRecord, NoticeRecord
@@ -18,6 +20,7 @@ from aos_gcs.sharing.service import CALTOPO_SECRET, CONNECT_KEY, WEBHOOK_SECRET,
 from aos_gcs.sharing.settings import CaltopoSettings, SharingSettings, TakSettings, WebhookSettings
 from aos_gcs.sharing.state import SeenState
 from tests.fakes.mission import ScriptedMission
+from tests.fakes.recording import record
 
 NOW_UTC_S = 1_795_000_000.0
 
@@ -124,3 +127,27 @@ def test_files_that_are_not_there_are_refused(settings: SharingSettings, text: s
 def test_no_receiver_is_none() -> None:
     assert not SharingSettings().any
     assert replace(SharingSettings(), tak=TakSettings("udp://239.2.3.1:6969")).any
+
+
+async def test_the_command_prints_what_would_be_sent_of_a_recorded_mission(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "flown"
+    await record(folder, length_s=12)
+    file = tmp_path / "mission.toml"
+    receivers = '[tak]\nurl = "udp://239.2.3.1:6969"\n[caltopo]\npositions = true\n'
+    file.write_text(f'[link]\nurls = ["udpin://0.0.0.0:14550"]\n[mission]\nvehicles = 2\n{receivers}', encoding="utf-8")
+    assert await asyncio.to_thread(_sharing, file, folder) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert any('type="a-f-A-M-H-Q"' in line for line in lines)
+    assert any("/api/v1/position/report/SECRET?id=AOS01" in line for line in lines)
+    file.write_text('[link]\nurls = ["udpin://0.0.0.0:14550"]\n[mission]\nvehicles = 2\n', encoding="utf-8")
+    assert await asyncio.to_thread(_sharing, file, folder) == 2
+    assert "names no receiver" in capsys.readouterr().err
+
+
+def _sharing(*arguments: Path) -> object:
+    """Run the command, and return its exit status."""
+    with pytest.raises(SystemExit) as ended:
+        main(["sharing", *map(str, arguments)])
+    return ended.value.code
