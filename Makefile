@@ -52,8 +52,9 @@ test: $(HAS_DEV) ## Check and test everything but slow and sitl; ARGS="..." for 
 	$(call beside_lint,$(MAKE) --no-print-directory web-check)
 	$(PYTEST) $(PARALLEL) $(ARGS)
 
-test-slow: web $(HAS_DEV) ## Run the slow tests
-	$(PYTEST) $(PARALLEL) -m "slow and not sitl" $(ARGS)
+test-slow: export HYPOTHESIS_PROFILE := thorough
+test-slow: web $(HAS_DEV) ## Run the slow tests, and all properties with ten times as many examples
+	$(PYTEST) $(PARALLEL) -m "(slow or hypothesis) and not sitl" $(ARGS)
 
 test-faults: $(HAS_DEV) ## Fly MISSIONS (500) random missions with random faults; SEED=123 repeats one
 	$(PY) -m tests.campaign --missions $(MISSIONS) $(if $(SEED),--seed $(SEED)) $(ARGS)
