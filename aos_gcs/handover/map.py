@@ -227,7 +227,8 @@ class MissionMap(Flowable):
 def nice_length_m(most_m: float) -> float:
     """Return the largest of 1, 2, 5, 10, 20 … metres that is not longer."""
     power = 10.0 ** math.floor(math.log10(most_m))
-    return next(factor * power for factor in (5.0, 2.0, 1.0) if factor * power <= most_m)
+    # Just below a power of ten the logarithm is rounded up to it.
+    return next(factor * power for factor in (5.0, 2.0, 1.0, 0.5) if factor * power <= most_m)
 
 
 def _bounds(handover: Handover) -> tuple[float, float, float, float]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -12,6 +13,8 @@ from aos_gcs.errors import ConfigurationError
 from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.swarm.line import line_axis
 
+_SAME_M = 1e-6
+"""Distance up to which two corners are one."""
 _SHORTEST_M = 5.0
 """Rest of the last leg that is not worth another flight."""
 
@@ -56,8 +59,10 @@ def _clipped(area_enu_m: Polygon, inwards: NDArray[np.float64], from_m: float) -
             kept.append(_point(start_m))
         if (start_in_m >= 0.0) != (end_in_m >= 0.0):
             kept.append(_point(start_m + start_in_m / (start_in_m - end_in_m) * (end_m - start_m)))
+    # Where the edge of a former clip meets this one, two corners differ by no more than rounding.
+    corners = [place for index, place in enumerate(kept) if math.dist(place, kept[index - 1]) > _SAME_M]
     try:
-        return as_points(as_polygon(kept, "area_enu_m"))
+        return as_points(as_polygon(corners, "area_enu_m"))
     except ConfigurationError:
         return area_enu_m
 

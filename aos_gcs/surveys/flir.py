@@ -107,20 +107,28 @@ class RadiometricImage:
         field = self.fields
         if not kelvin > 0.0:
             raise InputDataError(f"one of its temperatures of reflection, air or window is {kelvin:g} K")
-        return field["R1"] / (field["R2"] * (math.exp(field["B"] / kelvin) - field["F"])) - field["O"]
+        return field["R1"] / (field["R2"] * (_exp(field["B"] / kelvin) - field["F"])) - field["O"]
 
     def _transmission(self, distance_m: float, humidity: float, air_c: float) -> float:
         """Return the share that air lets through."""
         field = self.fields
-        water = humidity * math.exp(1.5587 + 6.939e-2 * air_c - 2.7816e-4 * air_c**2 + 6.8455e-7 * air_c**3)
+        water = humidity * _exp(1.5587 + 6.939e-2 * air_c - 2.7816e-4 * air_c**2 + 6.8455e-7 * air_c**3)
         root_m = math.sqrt(max(distance_m, 0.0))
         first, second = (
-            math.exp(-root_m * (field[f"alpha{k}"] + field[f"beta{k}"] * math.sqrt(max(water, 0.0)))) for k in (1, 2)
+            _exp(-root_m * (field[f"alpha{k}"] + field[f"beta{k}"] * math.sqrt(max(water, 0.0)))) for k in (1, 2)
         )
         share = field["X"] * first + (1.0 - field["X"]) * second
         if not 0.0 < share <= 1.5:
             raise InputDataError(f"its constants give the air a transmission of {share:g}")
         return min(share, 1.0)
+
+
+def _exp(exponent: float) -> float:
+    """Return the exponential; infinite where it is too large for a number, as with constants of a damaged file."""
+    try:
+        return math.exp(exponent)
+    except OverflowError:
+        return math.inf
 
 
 def _as_share(humidity: float) -> float:

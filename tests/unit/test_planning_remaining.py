@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from aos_gcs.airspace.polygon import Polygon, contains, signed_area_m2
@@ -61,6 +61,7 @@ def test_what_cannot_be_told_as_one_polygon_is_the_whole_area() -> None:
     assert remaining_area(comb, legs_over(comb), 1, 0.0) == comb
 
 
+@example(heading_rad=1.25, east=5.0, leg=2)
 @given(heading_rad=st.floats(0.0, math.pi), east=st.floats(-10.0, 10.0), leg=st.integers(0, 2))
 def test_places_of_later_legs_remain_and_those_of_earlier_ones_do_not(
     heading_rad: float, east: float, leg: int

@@ -7,7 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from aos_gcs.errors import InputDataError
@@ -88,6 +88,8 @@ def test_pictures_of_dji_are_told_apart() -> None:
         read_radiometric(b"\xff\xd8\xff\xe1\x00\x08DJI\0\0\0\xff\xd9")
 
 
+@example(b"", 407, 195)
+@example(b"", 335, 0)
 @given(st.binary(max_size=400), st.integers(0, len(WHOLE) - 1), st.integers(0, 255))
 def test_any_bytes_are_temperatures_or_a_clear_error(noise: bytes, at: int, value: int) -> None:
     damaged = bytearray(WHOLE)
