@@ -186,7 +186,7 @@ def write_document(
     flown = sum(one.with_person + one.without_person for one in groups)
     ground = f"{settings.terrain}, layers follow the ground" if settings.follow_ground else settings.terrain
     body = (
-        f"n = {flown} missions of {settings.vehicles} vehicles with {settings.strategy} over "
+        f"n = {flown} missions of {settings.vehicles} vehicles with {settings.name} over "
         f"{settings.side_m:g} x {settings.side_m:g} m ({ground}), images of "
         f"{settings.image_size_px} x {settings.image_size_px} "
         f"pixels. In brackets: intervals of {100 * CONFIDENCE:.0f} % (shares by Wilson, rates by Poisson, the others "
