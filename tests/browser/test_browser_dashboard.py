@@ -75,9 +75,12 @@ async def test_waypoints_are_drawn_on_the_map_and_hidden_with_their_layer(map_pa
     await map_page.get_by_test_id("map-layers").click()
     for layer in ("vehicles", "trails", "footprints", "targets"):
         await map_page.get_by_test_id(f"layer-{layer}").uncheck()
+    await map_page.get_by_test_id("map-layers").click()  # the list covers a part of the map
     for colour in (VEHICLE_1_COLOUR, REFUSED_COLOUR):
         await wait_until_drawn(map_page, colour)
+    await map_page.get_by_test_id("map-layers").click()
     await map_page.get_by_test_id("layer-waypoints").uncheck()
+    await map_page.get_by_test_id("map-layers").click()
     for colour in (VEHICLE_1_COLOUR, REFUSED_COLOUR):
         await wait_until_gone(map_page, colour)
 
