@@ -49,6 +49,23 @@ async def test_a_map_that_comes_later_is_shown_and_another_has_another_address(t
     assert first != second
 
 
+@pytest.mark.parametrize("is_configured", [False, True])
+async def test_the_map_of_the_mission_folder_is_shown_where_the_configuration_names_none(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, is_configured: bool
+) -> None:
+    (tmp_path / MISSION_BASEMAP).write_bytes(pmtiles(b"of the folder", PNG))
+    (tmp_path / "team.pmtiles").write_bytes(pmtiles(b"of the team", PNG))
+    addresses: list[str] = []
+    monkeypatch.setattr("aos_gcs.runtime.dashboard.announce", lambda address, *_: addresses.append(address.url))
+    config = ApiConfig(basemap=tmp_path / "team.pmtiles" if is_configured else None, port=0)
+    mission = ScriptedMission(LoopClock())
+    async with open_dashboard(mission, config, OperatorSecrets("code"), folder=tmp_path):
+        client = httpx.AsyncClient(base_url=addresses[0])
+        shown = await client.get((await client.get("/api/basemap")).json()["url"])
+        await client.aclose()
+    assert shown.content.endswith(b"of the team" if is_configured else b"of the folder")
+
+
 async def test_without_a_base_map_the_page_is_told_so() -> None:
     async with client_of(None) as client:
         assert (await client.get("/api/basemap")).json() == {"url": None}
