@@ -50,13 +50,19 @@ class _Files(StaticFiles):
         if not path.endswith(tuple(_ENCODINGS.values())):
             accepted = Headers(scope=scope).get("accept-encoding", "")
             for encoding in _accepted(accepted):
-                form, found = await asyncio.to_thread(self.lookup_path, path + _ENCODINGS[encoding])
+                form, found = await asyncio.to_thread(self._look_up, path + _ENCODINGS[encoding])
                 if found is not None and stat.S_ISREG(found.st_mode):
                     response = self.file_response(form, found, scope)
                     response.headers["Content-Encoding"] = encoding
                     response.headers["Vary"] = "Accept-Encoding"
                     return response
         return await super().get_response(path, scope)
+
+    def _look_up(self, path: str) -> tuple[str, os.stat_result | None]:
+        try:
+            return self.lookup_path(path)
+        except (OSError, ValueError):
+            return "", None  # no name that a file can have: the plain form is refused with the reason
 
     def file_response(
         self, full_path: str | os.PathLike[str], stat_result: os.stat_result, scope: Scope, status_code: int = 200
