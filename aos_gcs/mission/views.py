@@ -19,7 +19,7 @@ from aos_gcs.mission.phases import SAMPLING
 from aos_gcs.mission.search.findings import Findings
 from aos_gcs.mission.search.gallery import Gallery
 from aos_gcs.mission.search.ground_mapping import GroundMapping
-from aos_gcs.mission.search.progress import ScanProgress
+from aos_gcs.mission.search.progress import ScanProgress, time_on_legs_s
 from aos_gcs.mission.search.same_body import distinct
 from aos_gcs.mission.sortie import Sortie
 
@@ -130,7 +130,7 @@ class LiveView:
         journal = self._context.journal
         if self._state.phase not in SAMPLING | {Phase.LINE} or not journal.steps:
             return None
-        return progress.time_left_s(journal.elapsed_s() - journal.steps[0].elapsed_s)
+        return progress.time_left_s(time_on_legs_s(journal.steps))
 
     def _vehicles(self) -> tuple[VehicleSnapshot, ...]:
         roster, cameras = self._context.roster, self._state.sortie.search.covered_ground.cameras

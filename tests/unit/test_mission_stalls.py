@@ -12,9 +12,11 @@ from aos_gcs.airspace.polygon import Boundary
 from aos_gcs.airspace.traffic import WaypointRequest
 from aos_gcs.airspace.vetting import vet_waypoints
 from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict
-from aos_gcs.mission.search.progress import Advance, ScanProgress
+from aos_gcs.mission.model.phase import Phase
+from aos_gcs.mission.search.progress import Advance, ScanProgress, time_on_legs_s
 from aos_gcs.mission.search.stalls import STALLED_STEPS, StallWatch, place_ahead_m
 from aos_gcs.planning.legs import ScanLeg
+from tests.fakes.records import step_record
 
 LEAST_GAIN_M = 0.5
 SPACING_M = 4.0
@@ -110,6 +112,17 @@ def test_vehicles_that_are_held_for_their_own_state_do_not_bar_a_scan() -> None:
         progress.note_waypoints([old_link, wall])
         found.append(progress.advance(here_m))
     assert found[-1] is Advance.STUCK
+
+
+def test_close_looks_do_not_count_as_time_on_the_legs() -> None:
+    phases = [Phase.SCAN, Phase.SCAN, Phase.CONVERGE, Phase.FOUND, Phase.SCAN]
+    times_s = [2.0, 5.0, 60.0, 90.0, 96.0]
+    steps = [
+        replace(step_record(index), phase=phase, elapsed_s=time_s)
+        for index, (phase, time_s) in enumerate(zip(phases, times_s, strict=True), start=1)
+    ]
+    assert time_on_legs_s(steps) == 3.0 + 6.0
+    assert time_on_legs_s(steps[:1]) == time_on_legs_s([]) == 0.0
 
 
 def test_the_time_left_on_the_legs_goes_by_the_pace_of_this_mission() -> None:

@@ -4,16 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from enum import Enum, auto
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.airspace.waypoints import WaypointRecord
+from aos_gcs.mission.model.phase import Phase
+from aos_gcs.mission.model.steps import StepRecord
 from aos_gcs.mission.search.stalls import StallWatch
 from aos_gcs.planning.legs import ScanLeg
 
+_ON_LEGS = frozenset({Phase.LINE, Phase.SCAN})
 _PACE_M = 10.0
 """Length of legs flown from which the pace counts as known."""
+
+
+def time_on_legs_s(steps: Sequence[StepRecord]) -> float:
+    """Return the time between steps that was spent on the legs: close looks do not tell how long the rest takes."""
+    return sum(after.elapsed_s - before.elapsed_s for before, after in pairwise(steps) if after.phase in _ON_LEGS)
 
 
 class Advance(Enum):
@@ -64,18 +73,18 @@ class ScanProgress:
         """The rest of the leg being flown."""
         return self.present_leg.after(self._along_m)
 
-    def time_left_s(self, searched_s: float) -> float | None:
+    def time_left_s(self, scanned_s: float) -> float | None:
         """Return how long the rest of the legs takes at the pace so far; None before the pace is known.
 
         Args:
-            searched_s: time since the first step, looks at what was found included.
+            scanned_s: time spent on the legs, see :func:`time_on_legs_s`.
         """
         flown_m = sum(leg.length_m for leg in self.legs[self._first_leg : self.leg])
         left_m = sum(leg.length_m for leg in self.legs[self.leg :])
         if self.leg < len(self.legs):
             along_m = min(self._along_m, self.present_leg.length_m)
             flown_m, left_m = flown_m + along_m, left_m - along_m
-        return None if flown_m < _PACE_M else searched_s * left_m / flown_m
+        return None if flown_m < _PACE_M else scanned_s * left_m / flown_m
 
     def plan(self, legs: Sequence[ScanLeg]) -> None:
         """Set the legs of the scan."""
