@@ -142,7 +142,7 @@ def test_images_and_poses_are_the_same_in_every_run_and_err_by_the_grade(meadow:
 
 @pytest.mark.parametrize(
     ("changes", "expected"),
-    [({"vehicles": 1}, "vehicles"), ({"errors": "perfect"}, "--errors"), ({"conditions": "hail"}, "conditions")],
+    [({"vehicles": 0}, "vehicles"), ({"errors": "perfect"}, "--errors"), ({"conditions": "hail"}, "conditions")],
 )
 def test_settings_out_of_range_are_refused(changes: dict[str, object], expected: str) -> None:
     settings = {"seed": 1, "vehicles": 3, "trees_per_ha": 0.0, "has_person": False, "side_m": 20.0} | changes
