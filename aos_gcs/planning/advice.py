@@ -10,6 +10,7 @@ from aos_gcs.imaging.aperture import AperturePlan, plan_aperture
 from aos_gcs.planning.aperture import SATURATION
 from aos_gcs.planning.estimate import estimate_flights, planned_leg_count, planned_legs
 from aos_gcs.planning.plan import MissionPlan
+from aos_gcs.planning.pod_proposal import SearchPattern, propose_pattern
 from aos_gcs.planning.settings import SearchMode
 from aos_gcs.swarm.registry import make_strategy
 
@@ -19,6 +20,8 @@ _HEADINGS: Final = tuple(math.radians(heading_deg) for heading_deg in range(0, 1
 _WORTH_TURNING: Final = 0.95
 """Share of the present duration of the flight below which another heading is proposed."""
 _SPACING_TOLERANCE: Final = 0.05
+_PATTERN_TOLERANCE: Final = 0.05
+"""Difference from a proposed spacing or speed, in metres or m/s, that is rounding."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +45,9 @@ def propose(plan: MissionPlan, plane_height_m: float) -> tuple[Proposal, ...]:
     Raises:
         ConfigurationError: the plan cannot be flown.
     """
-    found = [_heading(plan, plane_height_m), *_aperture(plan, plane_height_m), _layers(plan), _search_speed(plan)]
+    pattern = propose_pattern(plan, plane_height_m)
+    found = [_heading(plan, plane_height_m), *_aperture(plan, plane_height_m), _layers(plan)]
+    found += [_search_speed(plan)] if pattern is None else _pattern(plan, pattern)
     return tuple(proposal for proposal in found if proposal is not None)
 
 
@@ -118,6 +123,24 @@ def _search_speed(plan: MissionPlan) -> Proposal | None:
         f"{apart_m:.1f} m apart, more than the vehicles, {spacing_m:g} m: the ground is seen through fewer gaps."
     )
     return Proposal("search_speed_mps", spacing_m * plan.rate_hz, reason)
+
+
+def _pattern(plan: MissionPlan, pattern: SearchPattern) -> list[Proposal | None]:
+    """Propose the spacings and the speed of the fastest search that reaches the wanted probability of detection."""
+    reason = (
+        f"For a probability of detection of {plan.pod:.0%}: {{}}. {_figures(plan, pattern.legs, pattern.flight_s)}, "
+        f"{pattern.detection:.0%} expected."
+    )
+    values = {
+        "line_spacing_m": (pattern.line_spacing_m, "vehicles {:.1f} m apart along the legs"),
+        "leg_spacing_m": (pattern.leg_spacing_m, "legs {:.1f} m apart"),
+        "search_speed_mps": (pattern.search_speed_mps, "{:.1f} m/s along the legs"),
+    }
+    return [
+        Proposal(field, value, reason.format(text.format(value)))
+        for field, (value, text) in values.items()
+        if abs((getattr(plan, field) or 0.0) - value) > _PATTERN_TOLERANCE
+    ]
 
 
 def _layers(plan: MissionPlan) -> Proposal | None:

@@ -20,7 +20,14 @@ from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.plan import SPACING_PARAMETER, MissionPlan, PlanProblem, apply_plan
 from aos_gcs.planning.plan_warnings import plan_warnings
 from aos_gcs.planning.relief_estimate import estimate_over_ground
-from aos_gcs.planning.settings import GREATEST_FLIGHT_SETTINGS, MAX_HEIGHT_M, MissionSettings
+from aos_gcs.planning.settings import (
+    GREATEST_FLIGHT_SETTINGS,
+    GREATEST_POD,
+    LEAST_POD,
+    MAX_HEIGHT_M,
+    MAX_LINE_SPACING_M,
+    MissionSettings,
+)
 from aos_gcs.planning.sites import Homes, check_paths, check_points, planned_ground
 from aos_gcs.planning.terrain_check import check_terrain
 from aos_gcs.swarm.declaration import Parameter
@@ -58,6 +65,8 @@ _GREATEST = {
     "search_s": _DAY_S,
     "fence_margin_m": MAX_EXTENT_M,
     "spacing_m": MAX_EXTENT_M,
+    "line_spacing_m": MAX_LINE_SPACING_M,
+    "leg_spacing_m": MAX_LINE_SPACING_M,
 }
 """Greatest values of fields in their units."""
 
@@ -229,10 +238,22 @@ def _check_numbers(plan: MissionPlan, settings: MissionSettings) -> Iterator[Pla
         if value is not None and math.isfinite(value) and value > greatest:
             yield PlanProblem(field, f"This must be {greatest:g} or less, but is {value:g}.")
     yield from _check_heights(plan, settings)
+    yield from _check_wanted(plan)
     if plan.spacing_m is not None and not (math.isfinite(plan.spacing_m) and plan.spacing_m > 0.0):
         yield PlanProblem("spacing_m", f"The spacing of the vehicles must be above 0, but is {plan.spacing_m:g} m.")
         return
     yield from _check_strategy(plan)
+
+
+def _check_wanted(plan: MissionPlan) -> Iterator[PlanProblem]:
+    """Report what the search for a wanted probability of detection cannot be planned with."""
+    for field in ("line_spacing_m", "leg_spacing_m"):
+        value = getattr(plan, field)
+        if value is not None and not value > 0.0:
+            yield PlanProblem(field, f"This must be above 0, but is {value:g}.")
+    if plan.pod is not None and not LEAST_POD <= plan.pod <= GREATEST_POD:
+        text = f"The wanted probability of detection must lie between {LEAST_POD:.0%} and {GREATEST_POD:.0%}."
+        yield PlanProblem("pod", text)
 
 
 def _check_strategy(plan: MissionPlan) -> Iterator[PlanProblem]:

@@ -15,13 +15,15 @@ from numpy.typing import NDArray
 
 from aos_gcs.airspace.polygon import Polygon
 from aos_gcs.airspace.raster import PlanRaster
+from aos_gcs.groundmap.figures import DetectionFigures
 from aos_gcs.imaging.aperture import footprint_m
+from aos_gcs.planning.expected_views import predicted_detection
 from aos_gcs.planning.legs import ScanLeg, leg_count, scan_legs
 from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.planning.settings import SearchMode
 from aos_gcs.swarm.line import line_axis, line_places
 from aos_gcs.swarm.model import Observation
-from aos_gcs.swarm.registry import make_strategy, strategy_for
+from aos_gcs.swarm.registry import strategy_for
 
 ACCELERATION_MPS2 = 2.5
 """Acceleration of multirotors that fly from waypoint to waypoint."""
@@ -65,6 +67,9 @@ class PlanEstimate:
     """Share of a full battery that the flight takes."""
     climb_m: float
     """Climbs of the highest vehicle, added up."""
+    detection: DetectionFigures | None
+    """Mean probability of detection over the search area; None where the forest is not described, or views are not
+    predicted, because the swarm stops for each frame."""
 
     @property
     def hectares_per_hour(self) -> float:
@@ -99,6 +104,7 @@ def estimate_plan(plan: MissionPlan, plane_height_m: float) -> PlanEstimate:
         flight_s=flight.duration_s,
         battery_fraction=flight.duration_s / plan.endurance_s,
         climb_m=plan.highest_layer_m,
+        detection=predicted_detection(plan, legs, plane_height_m),
     )
 
 
@@ -109,15 +115,18 @@ def planned_legs(plan: MissionPlan, plane_height_m: float, heading_rad: float | 
         np.array(launch_place(plan)),
         _direction(plan.scan_heading_rad if heading_rad is None else heading_rad),
         n=plan.vehicles,
-        spacing_m=make_strategy(plan.strategy, plan.parameters).spacing_m,
+        spacing_m=plan.on_legs_m,
         footprint_m=footprint_m(plan.lowest_layer_m - plane_height_m, plan.camera_fov_rad),
+        leg_spacing_m=plan.leg_spacing_m,
     )
 
 
 def planned_leg_count(plan: MissionPlan, plane_height_m: float, heading_rad: float | None = None) -> int:
     """Return how many legs a plan has, or those of another heading; cheap, however many they are."""
     direction_enu = _direction(plan.scan_heading_rad if heading_rad is None else heading_rad)
-    return leg_count(plan.area_enu_m, direction_enu, _swath_m(plan, plane_height_m))
+    swath_m = _swath_m(plan, plane_height_m)
+    widest_m = swath_m if plan.leg_spacing_m is None else min(swath_m, plan.leg_spacing_m)
+    return leg_count(plan.area_enu_m, direction_enu, widest_m)
 
 
 def estimate_flights(plan: MissionPlan, patterns: Sequence[Sequence[ScanLeg]]) -> list[FlightEstimate]:
@@ -179,8 +188,7 @@ def _direction(heading_rad: float) -> NDArray[np.float64]:
 
 
 def _swath_m(plan: MissionPlan, plane_height_m: float) -> float:
-    spacing_m = make_strategy(plan.strategy, plan.parameters).spacing_m
-    return (plan.vehicles - 1) * spacing_m + footprint_m(plan.lowest_layer_m - plane_height_m, plan.camera_fov_rad)
+    return (plan.vehicles - 1) * plan.on_legs_m + footprint_m(plan.lowest_layer_m - plane_height_m, plan.camera_fov_rad)
 
 
 def _transfers_m(

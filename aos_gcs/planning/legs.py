@@ -47,20 +47,22 @@ def scan_legs(
     n: int,
     spacing_m: float,
     footprint_m: float,
+    leg_spacing_m: float | None = None,
 ) -> tuple[ScanLeg, ...]:
     """Return parallel legs, to and fro, on which the swarm's line sweeps the whole area.
 
-    The line covers a swath of (n - 1) c4 plus one footprint. The area is cut into the fewest strips of equal width that
-    a swath covers, each with a leg along its middle and as long as the area is there. The first leg begins at the
-    corner of the pattern that is nearest to the start, and heads into the area.
+    The line covers a swath of n - 1 spacings plus one footprint. The area is cut into the fewest strips of equal width
+    that a swath covers, or narrower ones, each with a leg along its middle and as long as the area is there. The first
+    leg begins at the corner of the pattern that is nearest to the start, and heads into the area.
 
     Args:
         area_enu_m: simple polygon, shape (m, 2), metres.
         start_enu_m: place that the swarm comes from, shape (2,), metres.
         direction_enu: axis of the legs, shape (2,); legs run in both directions along it.
         n: number of vehicles.
-        spacing_m: c4, metres.
+        spacing_m: distance of the vehicles in the line, metres.
         footprint_m: width on the ground that one camera sees, metres.
+        leg_spacing_m: greatest width of a strip, metres; None: a swath.
 
     Raises:
         ConfigurationError: the area is no simple polygon, or a number is out of its range.
@@ -70,12 +72,16 @@ def scan_legs(
         raise ConfigurationError(f"n must be 1 or more vehicles, but is {n}.")
     _require_positive("spacing_m", spacing_m)
     _require_positive("footprint_m", footprint_m)
+    swath_m = (n - 1) * spacing_m + footprint_m
+    if leg_spacing_m is not None:
+        _require_positive("leg_spacing_m", leg_spacing_m)
+        swath_m = min(swath_m, leg_spacing_m)
     try:
         along = unit_vector(np.asarray(direction_enu, dtype=np.float64))
     except ValueError as error:
         raise ConfigurationError(f"direction_enu must have a length above 0: {error}.") from error
     axes = np.column_stack([along, line_axis(along)])
-    spans_m = _strip_spans(vertices_m @ axes, leg_count(vertices_m, along, (n - 1) * spacing_m + footprint_m))
+    spans_m = _strip_spans(vertices_m @ axes, leg_count(vertices_m, along, swath_m))
     return _to_and_fro(spans_m, np.asarray(start_enu_m, dtype=np.float64) @ axes, axes)
 
 
@@ -93,6 +99,12 @@ def leg_formation(leg: ScanLeg, positions_enu_m: FloatArray, spacing_m: float) -
     direction_enu = np.array(leg.direction_enu)
     places_m = line_places(np.array(leg.start_enu_m), direction_enu, len(positions_enu_m), spacing_m)
     return in_projection_order(positions_enu_m, places_m)
+
+
+def line_on(leg: ScanLeg, places_enu_m: FloatArray, spacing_m: float) -> FloatArray:
+    """Return the places of a line across a leg as far along it as the middle of some places is, shape (n, 2)."""
+    along_m = float((places_enu_m.mean(axis=0) - np.array(leg.start_enu_m)) @ np.array(leg.direction_enu))
+    return leg_formation(leg.after(along_m), places_enu_m, spacing_m)
 
 
 def _strip_spans(vertices_m: FloatArray, count: int) -> FloatArray:

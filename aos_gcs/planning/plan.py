@@ -19,7 +19,7 @@ from aos_gcs.planning.settings import (
     SearchSettings,
 )
 from aos_gcs.swarm.declaration import Parameter
-from aos_gcs.swarm.registry import available_strategies, declared_parameters
+from aos_gcs.swarm.registry import available_strategies, declared_parameters, make_strategy
 
 SPACING_PARAMETER = "c4_m"
 """The strategies' parameter for the distance of the drones."""
@@ -62,6 +62,12 @@ class MissionPlan:
     """Speed along the legs of a continuous search."""
     rate_hz: float = ImagingSettings().rate_hz
     """Frames per second of each camera on these legs."""
+    pod: float | None = None
+    """Wanted probability of detection of a standing person, a mean over the search area; None: none is wanted."""
+    line_spacing_m: float | None = None
+    """Distance of neighbouring vehicles along the legs; None: that of the strategy."""
+    leg_spacing_m: float | None = None
+    """Greatest distance of neighbouring legs; None: as wide as the swarm's line sees."""
     min_battery_fraction: float = UNLIMITED.min_battery_fraction
     """Battery fraction at which a vehicle flies home."""
     endurance_s: float = 1500.0
@@ -77,6 +83,17 @@ class MissionPlan:
         if self.spacing_m is None:
             return self.strategy_parameters
         return {**self.strategy_parameters, SPACING_PARAMETER: self.spacing_m}
+
+    @property
+    def on_legs_m(self) -> float:
+        """Distance of neighbouring vehicles along the legs.
+
+        Raises:
+            ConfigurationError: the strategy cannot be made with the plan's parameters.
+        """
+        if self.line_spacing_m is not None:
+            return self.line_spacing_m
+        return make_strategy(self.strategy, self.parameters).spacing_m
 
     @property
     def leg_speed_mps(self) -> float:
@@ -158,7 +175,13 @@ def apply_plan(settings: MissionSettings, plan: MissionPlan) -> MissionSettings:
             cruise_speed_mps=plan.cruise_speed_mps,
             search_speed_mps=plan.search_speed_mps,
         ),
-        search=replace(settings.search, mode=plan.search_mode),
+        search=replace(
+            settings.search,
+            mode=plan.search_mode,
+            pod=plan.pod,
+            line_spacing_m=plan.line_spacing_m,
+            leg_spacing_m=plan.leg_spacing_m,
+        ),
         imaging=replace(settings.imaging, rate_hz=plan.rate_hz),
         deadlines=replace(settings.deadlines, search_s=plan.search_s),
         forest=plan.forest,
@@ -191,6 +214,9 @@ def plan_of(settings: MissionSettings) -> MissionPlan:
         search_mode=settings.search.mode,
         search_speed_mps=settings.flight.search_speed_mps,
         rate_hz=settings.imaging.rate_hz,
+        pod=settings.search.pod,
+        line_spacing_m=settings.search.line_spacing_m,
+        leg_spacing_m=settings.search.leg_spacing_m,
         min_battery_fraction=limits.min_battery_fraction,
         search_s=settings.deadlines.search_s,
         forest=settings.forest,

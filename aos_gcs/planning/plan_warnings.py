@@ -17,6 +17,8 @@ GOOD_COVERAGE = 0.95
 USUAL_CEILING_M = 120.0
 """Height above the ground that most countries allow uncrewed aircraft."""
 
+_POD_TOLERANCE = 0.01
+"""Shortfall of a predicted probability of detection that is within its own error."""
 _ROUNDING_M = 0.1
 """Margins are entered with one decimal."""
 
@@ -57,6 +59,8 @@ def _warn_of_flight(plan: MissionPlan, estimate: PlanEstimate) -> Iterator[PlanP
             "beside the legs, or between them on high ground, where the swath is narrower.",
             blocking=False,
         )
+    if plan.pod is not None and (text := _why_below(plan, plan.pod, estimate)):
+        yield PlanProblem("pod", text, blocking=False)
     if estimate.flight_s > plan.search_s:
         yield PlanProblem(
             "search_s",
@@ -73,6 +77,21 @@ def _warn_of_flight(plan: MissionPlan, estimate: PlanEstimate) -> Iterator[PlanP
             "search ends before its last leg; use a smaller area or more vehicles.",
             blocking=False,
         )
+
+
+def _why_below(plan: MissionPlan, pod: float, estimate: PlanEstimate) -> str:
+    """Return why the legs do not reach the wanted probability of detection, or are not known to; empty if they do."""
+    if plan.forest is None:
+        return "Describe the forest: without it nobody knows which probability of detection the legs reach."
+    if estimate.detection is None:
+        return "The probability of detection is predicted for searches in flight only."
+    if estimate.detection.standing >= pod - _POD_TOLERANCE:
+        return ""
+    return (
+        f"The legs reach a probability of detection of {estimate.detection.standing:.0%} for a standing person, "
+        f"{pod:.0%} are wanted: use the suggested spacings and speed; where there are none, fly more vehicles, or want "
+        "less."
+    )
 
 
 def _warn_of_margin(plan: MissionPlan) -> Iterator[PlanProblem]:

@@ -21,6 +21,11 @@ from aos_gcs.tracking.tracker import TrackingSettings
 
 MIN_SWARM = 2
 """Number of vehicles below which a swarm does not go on; a mission of one vehicle is no swarm."""
+LEAST_POD: Final = 0.05
+GREATEST_POD: Final = 0.99
+"""Probability of detection beyond which no search is planned: the law that predicts it is not known so well."""
+MAX_LINE_SPACING_M: Final = 1000.0
+"""Greatest distance of vehicles in a line, or of legs: more is a slip of the pen."""
 
 
 class _Positive:
@@ -85,9 +90,28 @@ class SearchMode(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class SearchSettings:
-    """Settings of the search."""
+    """Settings of the search.
+
+    Raises:
+        ConfigurationError: a number is out of its range; the text names it.
+    """
 
     mode: SearchMode = SearchMode.CONTINUOUS
+    pod: float | None = None
+    """Wanted probability of detection of a standing person, a mean over the search area; None: the legs are flown
+    once, whatever they show."""
+    line_spacing_m: float | None = None
+    """Distance of neighbouring vehicles along the legs; None: that of the strategy, c4."""
+    leg_spacing_m: float | None = None
+    """Greatest distance of neighbouring legs; None: as wide as the swarm's line sees."""
+
+    def __post_init__(self) -> None:
+        if self.pod is not None and not LEAST_POD <= self.pod <= GREATEST_POD:
+            raise ConfigurationError(f"pod must lie within {LEAST_POD:g} and {GREATEST_POD:g}, but is {self.pod}.")
+        for name in ("line_spacing_m", "leg_spacing_m"):
+            value = getattr(self, name)
+            if value is not None and not (math.isfinite(value) and 0.0 < value <= MAX_LINE_SPACING_M):
+                raise ConfigurationError(f"{name} must be above 0 and at most {MAX_LINE_SPACING_M:g}, but is {value}.")
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,7 +29,6 @@ from aos_gcs.planning.terrain import (
     ground_in_fence,
     ground_within,
 )
-from aos_gcs.swarm.registry import make_strategy
 
 FloatArray = NDArray[np.float64]
 
@@ -326,7 +325,7 @@ def _too_high(
 
 def swept_m(plan: MissionPlan, leg: ScanLeg) -> FloatArray:
     """Return the corners of the ground that the swarm's line passes over on a leg, shape (4, 2)."""
-    spacing_m = make_strategy(plan.strategy, plan.parameters).spacing_m
+    spacing_m = plan.on_legs_m
     start_m, end_m = np.array(leg.start_enu_m), np.array(leg.end_enu_m)
     half_m = (plan.vehicles - 1) / 2.0 * spacing_m + POSITION_ERROR_M
     east, north = leg.direction_enu

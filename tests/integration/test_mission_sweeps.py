@@ -68,6 +68,24 @@ async def test_the_line_flies_on_while_frames_are_taken_and_no_ground_is_left_ou
 
 
 @virtual
+@pytest.mark.parametrize("mode", SearchMode)
+async def test_on_its_legs_the_line_is_as_wide_and_the_legs_as_close_as_planned(mode: SearchMode) -> None:
+    search = SearchSettings(mode, line_spacing_m=9.0, leg_spacing_m=22.0)
+    area = ((-20.0, 10.0), (20.0, 10.0), (20.0, 30.0), (-20.0, 30.0))
+    flight = prepare(2, None, area_enu_m=area, camera_delay_s=CAMERA_S, errors=EXACT, search=search)
+    async with flying(flight) as run:
+        assert await run is Outcome.NOT_FOUND
+    assert [leg.start_enu_m[0] for leg in flight.mission.sortie.search.decider.progress.legs] == pytest.approx(
+        [-10.0, 10.0]
+    )
+    frame = flight.mission._context.roster.local_frame()
+    east_m: dict[int, list[float]] = {1: [], 2: []}
+    for _, one in flight.recorder.frames:
+        east_m[one.vehicle_id].append(float(frame.to_enu(one.position)[0]))
+    assert np.abs(np.subtract(east_m[1], east_m[2])) == pytest.approx(9.0, abs=0.2)
+
+
+@virtual
 async def test_what_is_in_view_stops_the_line_and_the_leg_goes_on_where_it_was_left() -> None:
     flight = sweep_flight((3.0, 50.0), detection=GOES_ON)
     async with flying(flight) as run:

@@ -16,6 +16,7 @@ from aos_gcs.airspace.stopping import StoppingDistance
 from aos_gcs.api.convert.places import rounded, scan_leg
 from aos_gcs.api.models import plans as wire
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.groundmap.figures import DetectionFigures
 from aos_gcs.mission.model.vehicles import VehicleSnapshot
 from aos_gcs.planning.advice import Proposal
 from aos_gcs.planning.estimate import PlanEstimate
@@ -39,6 +40,7 @@ _WIRE_NAMES: Final = {
     "scan_heading_rad": "scan_heading_deg",
     "camera_fov_rad": "camera_fov_deg",
     "min_battery_fraction": "battery_reserve_percent",
+    "pod": "pod_percent",
     "endurance_s": "endurance_min",
     "search_s": "search_min",
 }
@@ -110,6 +112,9 @@ def plan_from_wire(plan: wire.PlanModel, origin: GeodeticPosition) -> MissionPla
         search_mode=plan.search_mode,
         search_speed_mps=plan.search_speed_mps,
         rate_hz=plan.rate_hz,
+        pod=None if plan.pod_percent is None else plan.pod_percent / 100.0,
+        line_spacing_m=plan.line_spacing_m,
+        leg_spacing_m=plan.leg_spacing_m,
         min_battery_fraction=plan.battery_reserve_percent / 100.0,
         endurance_s=60.0 * plan.endurance_min,
         search_s=60.0 * plan.search_min,
@@ -149,6 +154,9 @@ def plan_to_wire(plan: MissionPlan, origin: GeodeticPosition) -> wire.PlanModel:
         search_mode=plan.search_mode,
         search_speed_mps=plan.search_speed_mps,
         rate_hz=plan.rate_hz,
+        pod_percent=None if plan.pod is None else 100.0 * plan.pod,
+        line_spacing_m=plan.line_spacing_m,
+        leg_spacing_m=plan.leg_spacing_m,
         battery_reserve_percent=100.0 * plan.min_battery_fraction,
         endurance_min=plan.endurance_s / 60.0,
         search_min=plan.search_s / 60.0,
@@ -226,6 +234,13 @@ def _estimate(estimate: PlanEstimate, origin: GeodeticPosition) -> wire.PlanEsti
         flight_s=estimate.flight_s,
         battery_percent=100.0 * estimate.battery_fraction,
         climb_m=estimate.climb_m,
+        detection_percent=_detection(estimate.detection) if estimate.detection else None,
+    )
+
+
+def _detection(figures: DetectionFigures) -> wire.PredictedDetectionModel:
+    return wire.PredictedDetectionModel(
+        standing=100.0 * figures.standing, sitting=100.0 * figures.sitting, lying=100.0 * figures.lying
     )
 
 

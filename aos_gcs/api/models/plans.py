@@ -77,6 +77,16 @@ class PlanModel(_FiniteModel):
     rate_hz: Annotated[float, Field(gt=0.0)] = Field(
         default=2.0, description="Frames per second of each camera along the legs without stops."
     )
+    pod_percent: Annotated[float, Field(gt=0.0, lt=100.0)] | None = Field(
+        default=None,
+        description="Wanted probability of detection of a standing person, a mean over the area; null: none is wanted.",
+    )
+    line_spacing_m: Annotated[float, Field(gt=0.0)] | None = Field(
+        default=None, description="Spacing of the vehicles in line along the legs; null: as for a close look."
+    )
+    leg_spacing_m: Annotated[float, Field(gt=0.0)] | None = Field(
+        default=None, description="Greatest distance of neighbouring legs; null: as wide as the swarm's line sees."
+    )
     battery_reserve_percent: Annotated[float, Field(ge=0.0, lt=90.0)] = 20.0
     endurance_min: Annotated[float, Field(gt=0.0)] = Field(default=25.0, description="Flight time of a full battery.")
     search_min: Annotated[float, Field(gt=0.0)] = Field(
@@ -127,6 +137,14 @@ class PlanProposalModel(WireModel):
     reason: str
 
 
+class PredictedDetectionModel(WireModel):
+    """Probability of detection, a mean over the search area, by the posture of the person."""
+
+    standing: float
+    sitting: float
+    lying: float
+
+
 class PlanEstimateModel(WireModel):
     """Estimate for a plan when nothing is found."""
 
@@ -141,6 +159,9 @@ class PlanEstimateModel(WireModel):
     flight_s: float = Field(description="From the first take-off to the last landing.")
     battery_percent: float = Field(description="Share of a full battery.")
     climb_m: float = Field(description="Climbs of the highest vehicle, added up.")
+    detection_percent: PredictedDetectionModel | None = Field(
+        description="Expected probability of detection; null without a forest, and where the swarm stops for images."
+    )
 
 
 class LegProfileModel(WireModel):

@@ -29,7 +29,7 @@ from aos_gcs.mission.search.progress import Advance, ScanProgress
 from aos_gcs.mission.search.stalls import place_ahead_m
 from aos_gcs.mission.search.sweep import Sweep
 from aos_gcs.mission.search.targeting import TargetTracker
-from aos_gcs.planning.legs import ScanLeg
+from aos_gcs.planning.legs import ScanLeg, line_on
 from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.ports import Severity
 from aos_gcs.swarm.model import Diagnostics, Strategy
@@ -86,7 +86,7 @@ class Decider:
         self.tracker = TargetTracker(settings)
         self._claims = Claims(settings.detection, journal, self.tracker, findings)
         self.progress = ScanProgress(settings.flight.arrival_radius_m)
-        self._sweep = Sweep(settings.flight, settings.imaging.rate_hz, self.spacing_m, journal)
+        self._sweep = Sweep(settings.flight, settings.imaging.rate_hz, self.line_spacing_m, journal)
 
     @property
     def found_at_s(self) -> float | None:
@@ -107,6 +107,11 @@ class Decider:
     def spacing_m(self) -> float:
         """Distance of the vehicles in the strategy's line."""
         return self._strategy.spacing_m
+
+    @property
+    def line_spacing_m(self) -> float:
+        """Distance of the vehicles in the line along the legs."""
+        return self._settings.search.line_spacing_m or self.spacing_m
 
     def strategy_state(self) -> dict[str, object]:
         """Return what a replay needs to reach the next decision again."""
@@ -162,6 +167,9 @@ class Decider:
         if following not in {Phase.SCAN, Phase.CONVERGE}:
             return Decision(following, Diagnostics(branch="hold", leader_id=analysis.leader_id), ())
         diagnostics, next_enu_m = self._choose_places(situation, analysis, in_view=in_view)
+        if following is Phase.SCAN and self.tracker.estimate() is None and self.line_spacing_m != self.spacing_m:
+            # The strategy's own line is that of a close look.
+            next_enu_m = line_on(self.progress.present_leg, next_enu_m, self.line_spacing_m)
         waypoints = vet(next_enu_m)
         self.progress.note_waypoints(waypoints)
         if self._settings.flight.reverse_heading and self.tracker.sees_targets:
@@ -279,7 +287,7 @@ class Decider:
         ahead_m = place_ahead_m(
             remaining,
             len(situation.swarm),
-            self.spacing_m,
+            self.line_spacing_m,
             lambda places_m: reached(positions_enu_m, places_m, detours),
         )
         length_m = remaining.length_m if ahead_m is None else ahead_m

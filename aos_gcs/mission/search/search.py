@@ -86,7 +86,7 @@ class Search:
             progress.plan(self._plan_legs(swarm))
         leg = progress.remaining_leg
         context.journal.set_message(f"Forming the line for leg {progress.leg + 1} of {len(progress.legs)}.")
-        places_enu_m = leg_formation(leg, context.roster.positions_enu_m(swarm)[:, :2], self.decider.spacing_m)
+        places_enu_m = leg_formation(leg, context.roster.positions_enu_m(swarm)[:, :2], self.decider.line_spacing_m)
         late = await context.flight.transfer(
             in_layers(swarm, places_enu_m, context.roster.layers.known_surface()), frozenset({Task.SWARM})
         )
@@ -100,13 +100,16 @@ class Search:
     def _plan_legs(self, swarm: list[Member]) -> tuple[ScanLeg, ...]:
         settings = self._context.settings
         lowest_m = min(member.layer_height_m or settings.flight.lowest_layer_m for member in swarm)
+        widest_m = settings.search.leg_spacing_m
         return scan_legs(
             settings.area_enu_m,
             self._context.roster.positions_enu_m(swarm)[:, :2].mean(axis=0),
             np.array(settings.scan_direction_enu),
             n=len(swarm),
-            spacing_m=self.decider.spacing_m,
+            spacing_m=self.decider.line_spacing_m,
             footprint_m=2 * (lowest_m - settings.imaging.plane_height_m) * np.tan(settings.planning_fov_rad / 2),
+            # A shorter line sees a narrower strip as well as the whole one sees its own.
+            leg_spacing_m=None if widest_m is None else widest_m * len(swarm) / max(settings.vehicles, len(swarm)),
         )
 
     # --- SCAN, CONVERGE, FOUND ----------------------------------------------------------------------------------------

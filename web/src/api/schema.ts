@@ -1793,6 +1793,8 @@ export interface components {
        * @description Share of the whole area.
        */
       covered_percent: number;
+      /** @description Expected probability of detection; null without a forest, and where the swarm stops for images. */
+      detection_percent: components["schemas"]["PredictedDetectionModel"] | null;
       /**
        * Flight S
        * @description From the first take-off to the last landing.
@@ -1896,6 +1898,16 @@ export interface components {
        */
       layer_spacing_m: number;
       /**
+       * Leg Spacing M
+       * @description Greatest distance of neighbouring legs; null: as wide as the swarm's line sees.
+       */
+      leg_spacing_m?: number | null;
+      /**
+       * Line Spacing M
+       * @description Spacing of the vehicles in line along the legs; null: as for a close look.
+       */
+      line_spacing_m?: number | null;
+      /**
        * Lowest Layer M
        * @description Height above the origin, like all heights.
        * @default 35
@@ -1906,6 +1918,11 @@ export interface components {
        * @default []
        */
       no_go: components["schemas"]["PlaceModel"][][];
+      /**
+       * Pod Percent
+       * @description Wanted probability of detection of a standing person, a mean over the area; null: none is wanted.
+       */
+      pod_percent?: number | null;
       /**
        * Rate Hz
        * @description Frames per second of each camera along the legs without stops.
@@ -2047,6 +2064,18 @@ export interface components {
      * @enum {string}
      */
     Posture: "standing" | "sitting" | "lying";
+    /**
+     * PredictedDetectionModel
+     * @description Probability of detection, a mean over the search area, by the posture of the person.
+     */
+    PredictedDetectionModel: {
+      /** Lying */
+      lying: number;
+      /** Sitting */
+      sitting: number;
+      /** Standing */
+      standing: number;
+    };
     /**
      * PreflightCheckModel
      * @description One cell of the matrix vehicle x check.

@@ -52,6 +52,7 @@ function Figures({ estimate, layers_m }: { estimate: PlanEstimate; layers_m: rea
     [texts.plan.scan, duration(estimate.scan_s)],
     [texts.plan.searchRate, quantity(estimate.hectares_per_hour, 0, "ha/h")],
     [texts.plan.coverage, quantity(estimate.covered_percent, 0, "%")],
+    ...detection(estimate),
     [texts.plan.battery, quantity(estimate.battery_percent, 0, "%")],
     [texts.plan.areaSize, quantity(estimate.free_area_m2 / 10_000, 2, "ha")],
     [texts.plan.legs, String(estimate.legs.length)],
@@ -62,13 +63,20 @@ function Figures({ estimate, layers_m }: { estimate: PlanEstimate; layers_m: rea
   return (
     <dl class="figures">
       {figures.map(([name, value]) => (
-        <div key={name}>
+        <div key={name} title={name === texts.plan.detection ? texts.plan.detectionOf : undefined}>
           <dt>{name}</dt>
           <dd>{value}</dd>
         </div>
       ))}
     </dl>
   );
+}
+
+/** Expected probability of detection, where the forest is known. */
+function detection({ detection_percent: expected }: PlanEstimate): [string, string][] {
+  if (!expected) return [];
+  const shares = [expected.standing, expected.sitting].map((percent) => amount(percent, 0, "%"));
+  return [[texts.plan.detection, `${shares.join(", ")}, ${quantity(expected.lying, 0, "%")}`]];
 }
 
 function Apply({ editor, form }: { editor: PlanEditor; form: string }) {

@@ -28,6 +28,9 @@ export const PATTERN: readonly [NumberName, NumberRule][] = [
 /** Flight along the legs without stops. */
 export const SWEEP: readonly [NumberName, NumberRule][] = [
   ["search_speed_mps", { unit: "m/s", decimals: 1, step: 0.5, min: 0.1 }],
+  ["pod_percent", { unit: "%", decimals: 0, step: 5, min: 5, max: 99, isOptional: true }],
+  ["line_spacing_m", { unit: "m", decimals: 1, step: 0.5, min: 0.1, isOptional: true }],
+  ["leg_spacing_m", { unit: "m", decimals: 1, step: 1, min: 0.1, isOptional: true }],
   ["rate_hz", { unit: "Hz", decimals: 1, step: 0.5, min: 0.1, max: 10 }],
 ];
 

@@ -85,7 +85,9 @@ function PlanNumber({ name, rule, plan, report, onChange }: Props & { name: Numb
       label={texts.plan.field[name]}
       id={`plan-${name}`}
       value={value}
-      {...(rule.isOptional ? { placeholder: texts.plan.automatic } : {})}
+      {...(rule.isOptional
+        ? { placeholder: name === "pod_percent" ? texts.plan.notWanted : texts.plan.automatic }
+        : {})}
       problem={problemOf(report, name)}
       advice={adviceOf(report, name)}
       onChange={change}

@@ -1,0 +1,172 @@
+"""Views that a search along legs will give each place, and the probability of detection that follows from them.
+
+The exposures of all vehicles are laid out along the legs, and their directions are counted at places of the search area
+as the map of searched ground counts them (:mod:`aos_gcs.groundmap.directions`). Frames are expected at the rate that is
+set, from cameras that look straight down and are turned with the leg; zones where nobody flies give none.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.airspace.polygon import Polygon
+from aos_gcs.airspace.raster import PlanRaster
+from aos_gcs.groundmap.detection import DETECTABILITY, Posture, detection_by_views
+from aos_gcs.groundmap.directions import ViewDirections, direction_step
+from aos_gcs.groundmap.figures import DetectionFigures
+from aos_gcs.groundmap.tile import MAX_VIEWS
+from aos_gcs.planning.legs import ScanLeg
+from aos_gcs.planning.plan import MissionPlan
+from aos_gcs.planning.proposal import altitude_layers
+from aos_gcs.planning.settings import ForestSettings, SearchMode
+from aos_gcs.swarm.line import line_axis
+
+FloatArray = NDArray[np.float64]
+
+PLACES: Final = 1500
+"""Places of an area at which views are counted: the mean over them errs by about a hundredth."""
+_CHUNK: Final = 500
+"""Places that are counted at once: 2 MB of directions."""
+_PLASTIC = 1.324717957244746
+"""The plastic number: its powers spread places evenly over a plane, in no line with any legs."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LineOfCameras:
+    """A swarm's line on the legs."""
+
+    aside_m: FloatArray
+    """Place of each vehicle along the line, from its middle, shape (n,)."""
+    heights_m: FloatArray
+    """Height of each above the focal plane, shape (n,)."""
+    half_view: float
+    """Tangent of half the field of view."""
+    interval_m: float
+    """Distance between two exposures of a camera along the leg."""
+
+
+def line_of(plan: MissionPlan, plane_height_m: float) -> LineOfCameras:
+    """Return the line in which a plan flies its legs."""
+    n = plan.vehicles
+    return LineOfCameras(
+        aside_m=np.asarray(plan.on_legs_m * (np.arange(n) - (n - 1) / 2.0), dtype=np.float64),
+        heights_m=np.array(altitude_layers(n, plan.lowest_layer_m - plane_height_m, plan.layer_spacing_m)),
+        half_view=math.tan(plan.camera_fov_rad / 2.0),
+        interval_m=plan.leg_speed_mps / plan.rate_hz,
+    )
+
+
+def forest_directions(forest: ForestSettings) -> ViewDirections:
+    """Return the squares of directions by which views of a forest are counted."""
+    return ViewDirections(direction_step(forest.crown_base_m, forest.canopy_height_m, forest.occluder_size_m))
+
+
+def predicted_detection(
+    plan: MissionPlan, legs: Sequence[ScanLeg], plane_height_m: float, places: int = PLACES
+) -> DetectionFigures | None:
+    """Return the mean probability of detection over the search area that a plan's legs reach.
+
+    Args:
+        plan: to be flown.
+        legs: its legs.
+        plane_height_m: height of the focal plane above the origin.
+        places: number of places of the area's bounding box that are looked at.
+
+    Returns:
+        None where the forest is not described, or the swarm stops for each frame.
+    """
+    if plan.forest is None or plan.search_mode is not SearchMode.CONTINUOUS:
+        return None
+    places_m = spread_places(plan.area_enu_m, places)
+    directions = forest_directions(plan.forest)
+    views = expected_views(places_m, legs, line_of(plan, plane_height_m), directions, plan.no_go_enu_m)
+    shares = np.bincount(views, minlength=MAX_VIEWS + 1) / max(1, len(views))
+    occlusion = plan.forest.occlusion
+    return DetectionFigures(
+        **{str(one): float(shares @ detection_by_views(occlusion, DETECTABILITY[one])) for one in Posture}
+    )
+
+
+def spread_places(area_enu_m: Polygon, count: int) -> FloatArray:
+    """Return places spread evenly over an area, shape (k, 2): those of ``count`` over its bounding box."""
+    raster = PlanRaster.around(area_enu_m)
+    fractions = np.mod(0.5 + np.arange(count)[:, np.newaxis] / np.array([_PLASTIC, _PLASTIC**2]), 1.0)
+    rows, columns = raster.shape
+    inside = raster.inside([area_enu_m])[
+        (fractions[:, 1] * rows).astype(np.int64), (fractions[:, 0] * columns).astype(np.int64)
+    ]
+    east_m = raster.west_m + fractions[:, 0] * columns * raster.resolution_m
+    north_m = raster.north_m - fractions[:, 1] * rows * raster.resolution_m
+    return np.asarray(np.column_stack((east_m, north_m))[inside], dtype=np.float64)
+
+
+def expected_views(
+    places_enu_m: FloatArray,
+    legs: Sequence[ScanLeg],
+    line: LineOfCameras,
+    directions: ViewDirections,
+    no_go_enu_m: Sequence[Polygon] = (),
+) -> NDArray[np.int64]:
+    """Return the number of independent views of each place after all legs, at most ``MAX_VIEWS``, shape (k,).
+
+    Args:
+        places_enu_m: places on the focal plane, shape (k, 2).
+        legs: legs that the line flies.
+        line: the swarm's line.
+        directions: squares of directions.
+        no_go_enu_m: zones above which nothing is exposed.
+    """
+    views = np.zeros(len(places_enu_m), dtype=np.int64)
+    for first in range(0, len(places_enu_m), _CHUNK):
+        chunk_m = places_enu_m[first : first + _CHUNK]
+        seen = np.zeros((len(chunk_m), directions.side**2), dtype=np.bool_)
+        for leg in legs:
+            for place, cameras_m in _exposures(chunk_m, leg, line, no_go_enu_m):
+                cells_m = np.column_stack((chunk_m[place], np.zeros(len(place))))
+                # Directions depend on differences alone.
+                squares, counted = directions.squares(np.zeros(3), cells_m - cameras_m)
+                seen[place[counted], squares[counted]] = True
+        views[first : first + _CHUNK] = seen.sum(axis=1)
+    return np.minimum(views, MAX_VIEWS)
+
+
+def _exposures(
+    places_m: FloatArray, leg: ScanLeg, line: LineOfCameras, no_go_enu_m: Sequence[Polygon]
+) -> Iterator[tuple[NDArray[np.int64], FloatArray]]:
+    """Yield per vehicle the places, shape (k,), that its exposures on a leg show, and the cameras', shape (k, 3)."""
+    along, start_m = np.array(leg.direction_enu), np.array(leg.start_enu_m)
+    across = line_axis(along)
+    along_m, across_m = (places_m - start_m) @ along, (places_m - start_m) @ across
+    last = math.floor(leg.length_m / line.interval_m)
+    for aside_m, height_m in zip(line.aside_m.tolist(), line.heights_m.tolist(), strict=True):
+        reach_m = height_m * line.half_view
+        (near,) = np.nonzero(np.abs(across_m - aside_m) <= reach_m)
+        first_shown = np.ceil((along_m[near] - reach_m) / line.interval_m).clip(0.0).astype(np.int64)
+        last_shown = np.floor((along_m[near] + reach_m) / line.interval_m).clip(max=last).astype(np.int64)
+        counts = np.maximum(last_shown - first_shown + 1, 0)
+        place = np.repeat(near, counts)
+        exposure = np.arange(len(place)) - np.repeat(np.cumsum(counts) - counts - first_shown, counts)
+        cameras_m = np.full((len(place), 3), height_m)
+        cameras_m[:, :2] = start_m + aside_m * across + (exposure * line.interval_m)[:, np.newaxis] * along
+        flown = np.ones(len(place), dtype=np.bool_)
+        for zone_enu_m in no_go_enu_m:
+            flown &= ~_within(cameras_m[:, :2], zone_enu_m)
+        yield place[flown], cameras_m[flown]
+
+
+def _within(points_m: FloatArray, polygon_enu_m: Polygon) -> NDArray[np.bool_]:
+    """Return which points, shape (k, 2), lie in a polygon, by the number of edges that lie west of each."""
+    inside = np.zeros(len(points_m), dtype=np.bool_)
+    corners_m = np.array(polygon_enu_m, dtype=np.float64)
+    for (x_0, y_0), (x_1, y_1) in zip(corners_m, np.roll(corners_m, -1, axis=0), strict=True):
+        crossed = (y_0 <= points_m[:, 1]) != (y_1 <= points_m[:, 1])
+        if crossed.any():
+            at = x_0 + (points_m[crossed, 1] - y_0) * (x_1 - x_0) / (y_1 - y_0)
+            inside[crossed] ^= at < points_m[crossed, 0]
+    return inside
