@@ -232,9 +232,11 @@ async def serving(make_app: Callable[[ScriptedMission], FastAPI] = app_of, vehic
     service = Service(mission, make_app)
     await service.start()
     service.fly()
-    yield service
-    service.freeze()
-    await service.stop()
+    try:
+        yield service
+    finally:  # also after a failed test: a server that is left behind would fail the next one
+        service.freeze()
+        await service.stop()
 
 
 @pytest_asyncio.fixture(loop_scope="session")
