@@ -52,6 +52,13 @@ test("the worst come first and filters say how many pass", () => {
   expect(countRows(rows)).toEqual({ all: 5, attention: 3, airborne: 4, battery: 1 });
 });
 
+test("a mission that is not heard leaves the order and the filters as they were", () => {
+  const rows = makeRows(FLEET, 60);
+  expect(rows[0]?.attention.level).toBe("critical");
+  expect(orderedIds(rows, "all", "worst")).toEqual([3, 2, 5, 1, 4]);
+  expect(orderedIds(rows, "attention", "worst")).toEqual([3, 2, 5]);
+});
+
 test("what is about to be pressed stays where it is; who is new comes last", () => {
   expect(steadyOrder([3, 1, 2], [2, 1, 3, 9])).toEqual([3, 1, 2, 9]);
   expect(steadyOrder([3, 1, 2], [2, 3])).toEqual([3, 2]);

@@ -9,15 +9,24 @@ export type Filter = (typeof FILTERS)[number];
 export interface Row {
   readonly vehicle: Vehicle;
   readonly attention: Attention;
+  /**
+   * Level when the mission was heard last, by which rows are listed: once it falls silent, all vehicles do, and an order
+   * by that would move the rows and hide who was in trouble before.
+   */
+  readonly reported: Level;
 }
 
 /** All vehicles with what they need, in the order of their numbers. */
 export const makeRows = (vehicles: readonly Vehicle[], snapshotAge_s: number): Row[] =>
-  vehicles.map((vehicle) => ({ vehicle, attention: attentionOf(vehicle, snapshotAge_s) }));
+  vehicles.map((vehicle) => ({
+    vehicle,
+    attention: attentionOf(vehicle, snapshotAge_s),
+    reported: attentionOf(vehicle, 0).level,
+  }));
 
 const PASSES: Readonly<Record<Filter, (row: Row) => boolean>> = {
   all: () => true,
-  attention: ({ attention }) => attention.level !== "good",
+  attention: ({ reported }) => reported !== "good",
   airborne: ({ vehicle }) => isAirborne(vehicle),
   battery: ({ vehicle }) => isBatteryLow(vehicle),
 };
@@ -32,7 +41,7 @@ export function countRows(rows: readonly Row[]): Readonly<Record<Filter, number>
 export function orderedIds(rows: readonly Row[], filter: Filter, order: Order): number[] {
   const ids = rows.filter(PASSES[filter]).map(({ vehicle }) => vehicle.vehicle_id);
   if (order === "number") return ids;
-  const levels = new Map<number, Level>(rows.map(({ vehicle, attention }) => [vehicle.vehicle_id, attention.level]));
+  const levels = new Map<number, Level>(rows.map(({ vehicle, reported }) => [vehicle.vehicle_id, reported]));
   return worstFirst(levels, ids);
 }
 
