@@ -5,16 +5,27 @@ from __future__ import annotations
 import asyncio
 import os
 import shutil
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Generator
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 from functools import partial
 from typing import NoReturn
 
+import pluggy
 import pytest
 import pytest_asyncio
 from fastapi import FastAPI
-from playwright.async_api import Browser, ConsoleMessage, Error, Page, Request, ViewportSize, async_playwright, expect
+from playwright.async_api import (
+    Browser,
+    ConsoleMessage,
+    Error,
+    Page,
+    Request,
+    Response,
+    ViewportSize,
+    async_playwright,
+    expect,
+)
 
 from aos_gcs.api.app import create_app
 from aos_gcs.api.page import STATIC_FOLDER
@@ -95,18 +106,24 @@ class PageRecord:
 
     errors: list[str] = field(default_factory=list)
     foreign_requests: list[str] = field(default_factory=list)
+    failed_requests: list[str] = field(default_factory=list)
+    """Reported with a failed test; tests may break requests themselves."""
 
     def watch(self, page: Page) -> None:
         """Follow a page from now on."""
         page.on("console", self._note_message)
         page.on("pageerror", self._note_error)
         page.on("request", self._note_request)
+        page.on("requestfailed", self._note_failed_request)
+        page.on("response", self._note_response)
 
     def unwatch(self, page: Page) -> None:
         """Stop following a page."""
         page.remove_listener("console", self._note_message)
         page.remove_listener("pageerror", self._note_error)
         page.remove_listener("request", self._note_request)
+        page.remove_listener("requestfailed", self._note_failed_request)
+        page.remove_listener("response", self._note_response)
 
     def _note_error(self, error: Error) -> None:
         self.errors.append(str(error))
@@ -118,6 +135,22 @@ class PageRecord:
     def _note_request(self, request: Request) -> None:
         if not request.url.startswith(("http://127.0.0.1:", "data:", "blob:http://127.0.0.1:")):
             self.foreign_requests.append(request.url)
+
+    def _note_failed_request(self, request: Request) -> None:
+        self.failed_requests.append(f"{request.url}: {request.failure}")
+
+    def _note_response(self, response: Response) -> None:
+        if response.status >= 400:
+            self.failed_requests.append(f"{response.url}: {response.status}")
+
+
+@pytest.hookimpl(hookwrapper=True)
+def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pluggy.Result[pytest.TestReport], None]:
+    """Say with a failed test what its page has complained about: it is what tells why something was never shown."""
+    outcome = yield
+    record = getattr(item, "funcargs", {}).get("page_record")
+    if isinstance(record, PageRecord) and (report := outcome.get_result()).failed:
+        report.sections.append(("Page", "\n".join([*record.errors, *record.failed_requests])))
 
 
 @pytest.fixture
