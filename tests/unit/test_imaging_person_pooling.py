@@ -1,13 +1,16 @@
 """One decision about a body that was looked at several times."""
 
+from dataclasses import replace
+
 import pytest
 
-from aos_gcs.imaging.persons.decision import DECISION, FindingKind, Verdict, pooled
+from aos_gcs.imaging.persons.decision import DECISION, FindingKind, Verdict, decide, pooled
+from aos_gcs.imaging.persons.evidence import Evidence
 
 
-def look(probability: float | None, *, is_evidence: bool = True) -> Verdict:
+def look(probability: float | None, *, is_evidence: bool = True, is_uniform: bool = False) -> Verdict:
     kind = FindingKind.PERSON if probability is not None and probability >= DECISION else FindingKind.WARM_OBJECT
-    return Verdict(kind, probability, (f"looks {probability}",), is_evidence=is_evidence)
+    return Verdict(kind, probability, (f"looks {probability}",), is_evidence=is_evidence, is_uniform=is_uniform)
 
 
 @pytest.mark.parametrize(
@@ -39,6 +42,25 @@ def test_half_a_chance_in_all_looks_is_undecided() -> None:
 def test_no_look_outweighs_all_the_others() -> None:
     assert pooled([look(0.0), look(0.0), look(1.0)]).kind is FindingKind.WARM_OBJECT
     assert pooled([look(1.0), look(1.0), look(0.0)]).kind is FindingKind.PERSON
+
+
+def test_what_shows_no_skin_in_many_looks_is_rather_a_stone() -> None:
+    """The hottest stones are as warm as clothes in every look; leaves hide hands and face in some looks only."""
+    stone = look(0.9, is_uniform=True)
+    likelihoods = [pooled([stone] * looks).probability for looks in (1, 4, 10)]
+    assert likelihoods == pytest.approx([0.9, 0.751, 0.405], abs=1e-3)
+    assert pooled([stone] * 10).kind is not FindingKind.PERSON
+    assert pooled([*[stone] * 9, look(0.9)]).kind is FindingKind.PERSON, "one look shows skin"
+
+
+def test_what_is_warmer_than_any_stone_is_a_person_without_skin_too() -> None:
+    assert pooled([look(0.99, is_uniform=True)] * 10).kind is FindingKind.PERSON
+
+
+def test_a_look_tells_whether_a_body_is_equally_warm_all_over() -> None:
+    evidence = Evidence(9, 5, 0.3, 0.7, 13.2, 14.4, frames=9, swarm=5)
+    assert decide(evidence).is_uniform
+    assert not decide(replace(evidence, contrast_peak_k=17.0)).is_uniform
 
 
 def test_what_a_single_vehicle_sees_takes_no_part() -> None:

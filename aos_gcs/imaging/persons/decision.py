@@ -34,6 +34,13 @@ MIN_RELATIVE_CONTRAST = 5.0
 """Median contrast of a spot without temperatures that counts as a find, in standard deviations of its surroundings."""
 MIN_CONCENTRATION = 4.0
 """Density of pixels that stand out at such a spot, as a multiple of that around it."""
+COVERED_SHARE = 0.05
+"""Share of persons of whom no skin shows however often they are looked at: hood, gloves, and a cloth over the face or
+the face to the ground. An assumption."""
+HIDDEN_SHARE = 0.3
+"""Share of looks at other persons in which leaves hide all skin: 8 of 27 in simulated forests, 300 to 500 trees/ha."""
+FRESH_LOOKS = 3
+"""Looks of which the first and the last have no frame in common: each rests on those of three steps."""
 _SUREST_LOG_ODDS = 5.0
 """Log-odds above which, on either side, one of several looks counts no more: none outweighs all the others."""
 _FUR_SPREAD_K = 2.5
@@ -75,6 +82,8 @@ class Verdict:
     is never: leaves may hide a person from all of them but one."""
     is_evidence: bool = True
     """Whether it counts beside other looks; what a single vehicle sees does not."""
+    is_uniform: bool = False
+    """Whether it is equally warm all over, as a stone is, so that no skin shows."""
 
 
 def decide(evidence: Evidence, model: PersonModel | None = None) -> Verdict:
@@ -91,10 +100,14 @@ def decide(evidence: Evidence, model: PersonModel | None = None) -> Verdict:
     probability = person_confidence(evidence, model)
     share = evidence.vehicles / max(evidence.swarm, evidence.vehicles)
     is_surely_other = probability <= SURELY_OTHER and share >= MOST and evidence.vehicles >= ENOUGH
-    is_thorough = is_surely_other and evidence.views >= max(THOROUGH_FRAMES, MOST * evidence.frames)
-    is_evidence = evidence.vehicles >= MIN_VEHICLES
     return Verdict(
-        _kind(evidence, probability), probability, _reasons(evidence), is_surely_other, is_thorough, is_evidence
+        _kind(evidence, probability),
+        probability,
+        _reasons(evidence),
+        is_surely_other=is_surely_other,
+        is_thorough=is_surely_other and evidence.views >= max(THOROUGH_FRAMES, MOST * evidence.frames),
+        is_evidence=evidence.vehicles >= MIN_VEHICLES,
+        is_uniform=evidence.contrast_peak_k - evidence.contrast_median_k < _FUR_SPREAD_K,
     )
 
 
@@ -102,18 +115,28 @@ def pooled(verdicts: Sequence[Verdict]) -> Verdict:
     """Return the decision about a body that was looked at several times, at least once; the latest verdict is the last.
 
     Its probability is that of the mean of the log-odds: a look that leaves spoil neither makes nor breaks a person.
-    Below :data:`TOGETHER` it is what the latest look that sees something else takes it for, or undecided where none
-    does. Without temperatures, and where no look is evidence, the latest one decides.
+    The more looks there are, none of which shows skin, the lower it is: leaves may hide hands and face in one look, but
+    hardly in all of them, and a stone in the sun is as warm as clothes in each. Below :data:`TOGETHER` it is what the
+    latest look that sees something else takes it for, or undecided where none does. Without temperatures, and where no
+    look is evidence, the latest one decides.
     """
     latest = verdicts[-1]
     looks = [one for one in verdicts if one.is_evidence and one.probability is not None]
     if latest.probability is None or not looks:
         return latest
-    probability = float(expit(sum(_log_odds(one.probability or 0.0) for one in looks) / len(looks)))
+    log_odds = sum(_log_odds(one.probability or 0.0) for one in looks) / len(looks)
+    probability = float(expit(log_odds + _log_ratio_without_skin(looks)))
     is_person = probability >= TOGETHER
     decisive = [one for one in looks if (one.kind is FindingKind.PERSON) is is_person]
     verdict = decisive[-1] if decisive else replace(looks[-1], kind=FindingKind.UNDECIDED)
     return replace(verdict, probability=probability, is_surely_other=latest.is_surely_other, is_thorough=False)
+
+
+def _log_ratio_without_skin(looks: Sequence[Verdict]) -> float:
+    """Return the log of how likely persons are to show no skin in all looks, over how likely stones are; else 0."""
+    if not all(one.is_uniform for one in looks):
+        return 0.0
+    return math.log(COVERED_SHARE + (1.0 - COVERED_SHARE) * HIDDEN_SHARE ** ((len(looks) - 1) / FRESH_LOOKS))
 
 
 def _log_odds(probability: float) -> float:
