@@ -128,6 +128,17 @@ def sim(
         bool,
         typer.Option("--factory-settings", help="Leave failsafes and fence as manufacturers deliver them: mostly off."),
     ] = False,
+    battery_life: Annotated[
+        float | None,
+        typer.Option(metavar="S", help="Time in flight that a full battery lasts, in seconds; by default 30 minutes."),
+    ] = None,
+    swap: Annotated[
+        float | None,
+        typer.Option(
+            metavar="S",
+            help="Put a full battery into vehicles that have stood on the ground for so many seconds after a flight.",
+        ),
+    ] = None,
     world_file: Annotated[
         Path | None, typer.Option(help="Write the truth about the world here, as JSON, before the first heartbeat.")
     ] = None,
@@ -154,6 +165,8 @@ def sim(
         cameras=not no_camera,
         image_folder=image_folder,
         http_port=http_port,
+        battery_s=battery_life,
+        swap_s=swap,
         parameters=_parse_parameters(param or []),
         factory_settings=factory_settings,
     )

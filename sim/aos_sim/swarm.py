@@ -36,6 +36,7 @@ from aos_sim.links import Address, Endpoint, LinkAddress, open_endpoint
 from aos_sim.report import ClearanceMonitor, SeparationMonitor, SwarmReport
 from aos_sim.vehicle.arducopter import ArduCopter
 from aos_sim.vehicle.autopilot import SimulatedAutopilot
+from aos_sim.vehicle.battery import capacity_mah
 from aos_sim.vehicle.configuration import VehicleIdentity
 from aos_sim.vehicle.dynamics import AirframeLimits, Guidance, SwarmState, step
 from aos_sim.vehicle.kinematics import Kinematics, read_kinematics
@@ -61,6 +62,11 @@ HEADING_SIGMA_RAD = math.radians(5.0)
 """Vehicles are not put down perfectly aligned."""
 
 DEFAULT_ORIGIN = GeodeticPosition(48.3, 14.3, 260.0)
+
+MAX_BATTERY_S = 86_400.0
+"""Greatest lifetime of a battery, and time on the ground."""
+_LOW_BATTERY = 0.15
+"""Share of a battery of a given lifetime at which its vehicle returns by itself."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,6 +103,10 @@ class SwarmOptions:
     """Port of the image server; 0: any free one."""
     start_up_s: float | None = None
     """Simulated seconds until the vehicles can be armed; None: what the autopilot usually needs."""
+    battery_s: float | None = None
+    """Time in flight that a full battery lasts; None: as the autopilot's parameters say."""
+    swap_s: float | None = None
+    """Time on the ground after a flight until a full battery is in; None: nobody changes batteries."""
     parameters: Mapping[str, float] = field(default_factory=dict)
     """Autopilot parameters that differ from the simulator's settings."""
     factory_settings: bool = False
@@ -114,6 +124,11 @@ class SwarmOptions:
             1.0 <= self.launch_spacing_m <= MAX_LAUNCH_SPACING_M,
             f"--launch-spacing must lie within 1 and {MAX_LAUNCH_SPACING_M:g}, got {self.launch_spacing_m:g}.",
         )
+        for name, value_s in (("--battery-life", self.battery_s), ("--swap", self.swap_s)):
+            _check(
+                value_s is None or 1.0 <= value_s <= MAX_BATTERY_S,
+                f"{name} must lie within 1 and {MAX_BATTERY_S:g} seconds, got {value_s}.",
+            )
         _check(self.seed >= 0, f"--seed must be 0 or more, got {self.seed}.")
         check_camera_options(self.image_size_px, self.fov_rad, self.http_port)
         _check(
@@ -266,11 +281,24 @@ class SimulatedSwarm:
             frame=self.frame,
             uid=int(self._rng.integers(1, 2**62)),
             start_up_s=options.start_up_s,
-            parameters={**factory, **options.parameters},
+            parameters={**factory, **self._battery_parameters(), **options.parameters},
             speed=options.speed,
             relief=self._relief,
         )
-        return self._with_camera(autopilot(identity, kinematics))
+        vehicle = self._with_camera(autopilot(identity, kinematics))
+        if options.swap_s is not None:
+            vehicle.autopilot.battery.swap_s = options.swap_s
+        return vehicle
+
+    def _battery_parameters(self) -> dict[str, float]:
+        """Return the parameters of a battery that lasts as long as it is to."""
+        if self.options.battery_s is None:
+            return {}
+        full_mah = capacity_mah(self.options.battery_s)
+        if self.options.autopilot == "px4":
+            return {"BAT1_CAPACITY": full_mah}
+        low_mah = 0.0 if self.options.factory_settings else _LOW_BATTERY * full_mah
+        return {"BATT_CAPACITY": full_mah, "BATT_LOW_MAH": low_mah}
 
     def _with_camera(self, autopilot: SimulatedAutopilot) -> SimulatedVehicle:
         if not self.options.cameras:

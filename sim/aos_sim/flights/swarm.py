@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,6 +82,7 @@ class FlownSwarm:
         errors: errors of positions and attitudes, and the wind.
         seed: of all draws.
         relief: shape of the ground; None: the plane z = 0.
+        battery: battery of each vehicle; None: the usual one.
     """
 
     def __init__(
@@ -93,6 +94,7 @@ class FlownSwarm:
         seed: int,
         *,
         relief: Relief | None = None,
+        battery: Battery | None = None,
     ) -> None:
         self._relief = relief
         self._clock = clock
@@ -110,8 +112,9 @@ class FlownSwarm:
         self._separation = SeparationMonitor()
         self._clearance = ClearanceMonitor(homes_enu_m, relief)
         self.kinematics = self._read()
+        full = Battery() if battery is None else battery
         self.pilots = [
-            Pilot(np.array(one.position_enu_m), one.heading_rad, np.array(one.position_enu_m), Battery())
+            Pilot(np.array(one.position_enu_m), one.heading_rad, np.array(one.position_enu_m), replace(full))
             for one in self.kinematics
         ]
 

@@ -22,6 +22,7 @@ from aos_sim.flights.swarm import FlownSwarm
 from aos_sim.flights.vehicle import FlownVehicle
 from aos_sim.render.renderer import Renderer
 from aos_sim.swarm import DEFAULT_ORIGIN, GRID_M, MAX_VEHICLES, home_positions_enu_m
+from aos_sim.vehicle.battery import Battery
 from aos_sim.world.conditions import Conditions
 from aos_sim.world.person import Posture
 from aos_sim.world.scene import Scene, SceneParameters, build_scene
@@ -58,6 +59,7 @@ class SimulatedFlight:
         image_size_px: edge of the square images.
         seed: of all errors.
         launch_spacing_m: distance of neighbouring launch points.
+        battery: battery of each vehicle; None: the usual one.
 
     Raises:
         ConfigurationError: a value is out of its range.
@@ -72,10 +74,12 @@ class SimulatedFlight:
         seed: int,
         *,
         launch_spacing_m: float = GRID_M,
+        battery: Battery | None = None,
     ) -> None:
         if not 1 <= vehicles <= MAX_VEHICLES:
             raise ConfigurationError(f"vehicles must lie within 1 and {MAX_VEHICLES}, got {vehicles}.")
         self._launch_spacing_m = launch_spacing_m
+        self._battery = battery
         self._scene = scene
         self._errors = errors
         self._vehicles = vehicles
@@ -135,7 +139,9 @@ class SimulatedFlight:
         """See :meth:`aos_gcs.lab.flights.Flight.fleet`."""
         frame, relief = LocalFrame(self.origin), self._scene.relief
         homes_enu_m = home_positions_enu_m(self._vehicles, relief, self._launch_spacing_m)
-        swarm = self._swarm = FlownSwarm(clock, frame, homes_enu_m, self._errors, self._seed, relief=relief)
+        swarm = self._swarm = FlownSwarm(
+            clock, frame, homes_enu_m, self._errors, self._seed, relief=relief, battery=self._battery
+        )
         cameras = ErringCameras(self._errors, self._camera, self._seed)
         return FlownFleet(
             [

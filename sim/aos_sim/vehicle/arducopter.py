@@ -133,7 +133,8 @@ class ArduCopter(SimulatedAutopilot):
         self.parameters["MAV_SYSID"] = identity.system_id
         self._mode = CopterMode.STABILIZE
         self._link_lost = False
-        self._battery_low = False
+        self._low_battery = 0
+        """Number of the battery that was low; 0: none was."""
 
     def flight_settings(self) -> FlightSettings:
         """Return the flight settings that the parameters say."""
@@ -335,16 +336,16 @@ class ArduCopter(SimulatedAutopilot):
             self._link_lost = False
 
     def in_failsafe(self) -> bool:
-        """Return whether a failsafe was triggered: by a lost link until it is back, by the battery for good."""
-        return self._link_lost or self._battery_low
+        """Return whether a failsafe was triggered: by a link until it is back, by a battery until it is changed."""
+        return self._link_lost or self._low_battery == self.battery.number
 
     def check_failsafes(self) -> None:
         """Return home on a lost link or a low battery, each once."""
         if self._operator_is_silent() and not self._link_lost:
             self._link_lost = True
             self._fail_safe("GCS Failsafe")
-        if self._battery_is_low() and not self._battery_low:
-            self._battery_low = True
+        if self._battery_is_low() and self._low_battery != self.battery.number:
+            self._low_battery = self.battery.number
             self._fail_safe("Battery Failsafe")
 
     def _operator_is_silent(self) -> bool:
