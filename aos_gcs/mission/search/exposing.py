@@ -25,7 +25,8 @@ from aos_gcs.ports import Capture, Severity
 KEPT = 2
 """Frames of one vehicle that may wait for analysis. Policy: the oldest is dropped, and counted."""
 BLIND_S = 3.0
-"""Time without any frame after which a sweep must not go on."""
+"""Time without any frame after which a sweep must not go on, where the rate is not lower still."""
+_BLIND_PERIODS = 2.0
 MAX_MOTION_M = 0.5
 """Greatest standard deviation of a place of exposure by the time of it alone: frames that err by more disagree about
 the ground below them."""
@@ -89,7 +90,7 @@ class Exposures:
     async def round(self) -> Sample | None:
         """Return the oldest frame of each vehicle, once all have one or the first has waited for one period.
 
-        None where none has come for ``BLIND_S``. Vehicles whose frames failed or stay away are missing in it.
+        None where none has come for :attr:`blind_s`. Vehicles whose frames failed or stay away are missing in it.
         """
         clock, begin_s = self._context.clock, self._context.clock.now_s()
         period_s = 1.0 / self._context.settings.imaging.rate_hz
@@ -98,9 +99,14 @@ class Exposures:
             first_s = min((queue[0].come_at_s for queue in self._waiting.values() if queue), default=math.inf)
             if all(self._waiting.values()) or clock.now_s() - first_s >= period_s:
                 return self._take()
-            if math.isinf(first_s) and clock.now_s() - begin_s >= BLIND_S:
+            if math.isinf(first_s) and clock.now_s() - begin_s >= self.blind_s:
                 return None
             await clock.sleep(_POLL_S)
+
+    @property
+    def blind_s(self) -> float:
+        """Time without any frame after which a sweep must not go on."""
+        return max(BLIND_S, _BLIND_PERIODS / self._context.settings.imaging.rate_hz)
 
     @property
     def trouble(self) -> str:

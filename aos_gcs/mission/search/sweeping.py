@@ -11,7 +11,7 @@ from aos_gcs.airspace.waypoints import WaypointRecord
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.vehicles import Task
-from aos_gcs.mission.search.exposing import BLIND_S, Exposures, exposing
+from aos_gcs.mission.search.exposing import Exposures, exposing
 from aos_gcs.mission.search.sampling import Sample, Sampler
 from aos_gcs.mission.search.step_work import StepWork
 from aos_gcs.mission.search.vision import Vision
@@ -89,7 +89,8 @@ class Sweeping:
         exposures.follow(swarm)
         if (taken := await exposures.round()) is None:
             self.is_allowed = False
-            text = f"No frame has come in flight for {BLIND_S:g} s ({exposures.trouble}): the search goes on with stops"
+            silence = f"No frame has come in flight for {exposures.blind_s:g} s ({exposures.trouble})"
+            text = f"{silence}: the search goes on with stops"
             context.journal.notice(Severity.WARNING, text)
             await self.stop()
             return Phase.SCAN
