@@ -59,6 +59,17 @@ def demo(
             show_default="as missions do by default",
         ),
     ] = "",
+    batteries: Annotated[
+        bool,
+        typer.Option(
+            "--batteries",
+            help="Search a larger area with small batteries and two more vehicles: those that run low are relieved, "
+            "get another battery on the ground, and relieve others.",
+        ),
+    ] = False,
+    swap: Annotated[
+        float, typer.Option(metavar="S", help="Time on the ground for another battery with --batteries, in seconds.")
+    ] = 20.0,
     origin: Annotated[
         str, typer.Option(help="Launch site: LAT,LON,ALT in degrees and metres above sea level.")
     ] = "48.3,14.3,260",
@@ -88,6 +99,8 @@ def demo(
         terrain=terrain,
         follow_ground=follow_ground,
         search_mode=search,
+        batteries=batteries,
+        swap_s=swap,
         origin_deg=_place(origin),
         folder=folder,
         wait=wait,

@@ -128,6 +128,7 @@ class ServiceConfig(BaseModel):
     preflight: PreflightConfig = PreflightConfig()
     flight: dict[str, Any] = {}
     search: dict[str, Any] = {}
+    relay: dict[str, Any] = {}
     deadlines: dict[str, Any] = {}
     detection: dict[str, Any] = {}
     uncertainty: dict[str, Any] = {}

@@ -33,6 +33,7 @@ from aos_gcs.planning.settings import (
     MissionSettings,
     PreflightSettings,
     RegistrationSettings,
+    RelaySettings,
     SearchSettings,
     TerrainSettings,
 )
@@ -81,6 +82,7 @@ def mission_settings(config: ServiceConfig) -> MissionSettings:
         seed=mission.seed,
         flight=flight,
         search=_build(SearchSettings, "search", config.search),
+        relay=_relay(config, vehicle_ids),
         deadlines=_build(Deadlines, "deadlines", config.deadlines),
         preflight=_preflight(config.preflight),
         detection=_build(DetectionSettings, "detection", config.detection),
@@ -141,6 +143,14 @@ def _vehicle_ids(config: ServiceConfig) -> tuple[int, ...]:
     if mission.any_vehicles:
         raise ConfigurationError("mission: give either vehicle_ids or any_vehicles.")
     return vehicle_ids
+
+
+def _relay(config: ServiceConfig, vehicle_ids: Sequence[int]) -> RelaySettings:
+    """Return the settings of the relay, whose vehicles are others than those of the swarm."""
+    relay = _build(RelaySettings, "relay", config.relay)
+    if both := sorted(set(relay.vehicle_ids) & set(vehicle_ids)):
+        raise ConfigurationError(f"relay.vehicle_ids names vehicle {both[0]}, which mission.vehicle_ids names too.")
+    return relay
 
 
 def _return_enu_m(mission: MissionConfig, origin: GeodeticPosition | None) -> tuple[float, float] | None:

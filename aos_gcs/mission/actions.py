@@ -27,7 +27,9 @@ _RETURNS_BY_AUTOPILOT = "returns by its autopilot, at the autopilot's own height
 _LOST = Refusal("link lost: it cannot be reached")
 _PILOTED = Refusal("flown by its pilot")
 _NOT_FLYING = Refusal("is not flying")
-_MOVE_NONE = frozenset({Action.HOLD, Action.FOCUS, Action.OVERRIDE, Action.CHOOSE})  # a hold of all outlasts them
+_CONFIRMATIONS = frozenset({Action.READY, Action.NOT_READY})
+_MOVE_NONE = _CONFIRMATIONS | {Action.HOLD, Action.FOCUS, Action.OVERRIDE, Action.CHOOSE}
+"""Actions that a hold of all outlasts."""
 
 VehicleAction = Callable[[Member], Awaitable[Refusal | None]]
 """Has a vehicle do something; returns why it does not."""
@@ -98,7 +100,7 @@ class ActionHandler:
             elif action is Action.CHOOSE:
                 results = self._choose(vehicle_ids or (), operator)
             elif vehicle_ids is None:
-                results = tuple(await self._on_all[action](operator))
+                results = tuple(await self._on_all.get(action, self._act_on_none)(operator))
             else:
                 results = await self._act_on(action, roster.select(vehicle_ids), operator)
         except MissionError as error:
@@ -217,6 +219,9 @@ class ActionHandler:
             raise MissionError("Cannot join: no vehicle of this mission is on the ground. Name another one.")
         return await self._act_on(Action.JOIN, candidates, operator)
 
+    async def _act_on_none(self, operator: str) -> Sequence[ActionResult]:  # noqa: ARG002
+        raise MissionError("Name the vehicles that are ready, or are not: each is confirmed on its own.")
+
     async def _new_sortie(self, operator: str) -> Sequence[ActionResult]:
         self._announce(operator, "new sortie")
         self._flow.begin_new_sortie()
@@ -270,11 +275,14 @@ class ActionHandler:
     # --- single vehicles ----------------------------------------------------------------------------------------------
 
     async def _act_on(self, action: Action, members: Sequence[Member], operator: str) -> tuple[ActionResult, ...]:
-        if action not in self._on_one and action is not Action.JOIN:
+        if action not in self._on_one and action is not Action.JOIN and action not in _CONFIRMATIONS:
             raise MissionError(f"{action.capitalize()} concerns the whole mission; leave the vehicles out.")
         if not members:
             raise MissionError("No vehicle was named; name at least one, or none at all for the whole mission.")
-        self._announce(operator, f"{action} vehicle {', '.join(str(member.vehicle_id) for member in members)}")
+        named = ", ".join(str(member.vehicle_id) for member in members)
+        if action in _CONFIRMATIONS:
+            return self._confirm(action is Action.READY, members, operator, named)
+        self._announce(operator, f"{action} vehicle {named}")
         done = {
             Action.PAUSE: "stays at its waypoint",
             Action.RESUME: "is back in the swarm",
@@ -287,6 +295,15 @@ class ActionHandler:
             join = self._flow.sortie.joining.join
             return tuple([_result(member.vehicle_id, await join(member), done) for member in members])
         return tuple(await asyncio.gather(*(self._result(self._on_one[action], member, done) for member in members)))
+
+    def _confirm(
+        self, is_ready: bool, members: Sequence[Member], operator: str, named: str
+    ) -> tuple[ActionResult, ...]:
+        """Confirm vehicles on the ground for the relay, or take that back."""
+        self._announce(operator, f"vehicle {named} {'is' if is_ready else 'is not'} ready to relieve others")
+        done = "may take off once, to relieve another vehicle" if is_ready else "stays on the ground"
+        confirm = self._flow.sortie.relay.confirm
+        return tuple(_result(one.vehicle_id, confirm(one, is_ready=is_ready), done) for one in members)
 
     async def _result(self, act: VehicleAction, member: Member, done: str) -> ActionResult:
         if not member.is_reachable:

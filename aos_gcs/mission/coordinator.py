@@ -30,6 +30,7 @@ from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.next_sortie import NextSortie, next_sortie
 from aos_gcs.mission.phases import ENDING, ON_GROUND, PHASE_NAMES, check_transition
 from aos_gcs.mission.preflight.inspection import Inspector
+from aos_gcs.mission.relaying import keep_relay
 from aos_gcs.mission.search.findings import Findings
 from aos_gcs.mission.search.gallery import Gallery
 from aos_gcs.mission.search.ground_mapping import GroundMapping, GroundPlace
@@ -189,6 +190,7 @@ class Coordinator:
         """Go on with a flight in the air by these settings and limits, held, and return its sortie."""
         self.sortie = self._make_sortie(settings, None)
         self.sortie.context.flight.limits = limits
+        self.sortie.relay.trusts_names = False
         # Resumed, all fly straight up or down into their layers first.
         self.redirect(Phase.TAKEOFF)
         self.suspend(Suspension.HELD)
@@ -229,6 +231,7 @@ class Coordinator:
                     group.create_task(self._handler_watch.run(self._end_hung_handler)),
                     group.create_task(self._take_up.run()),
                     group.create_task(self._ground.run()),
+                    group.create_task(keep_relay(self, self._context.clock)),
                 )
                 while self.phase is not Phase.DONE:
                     await self._resumed.wait()

@@ -56,6 +56,8 @@ class Launch:
         self._advice = check_aperture(context.settings)
         limits = context.settings.safety.applied_to(UNLIMITED)
         self._launch_distance_m, self._separation_m = limits.launch_distance_m, limits.separation_m
+        self._spares = 0
+        """Vehicles for the relay that the limits in force have room for."""
         self._ground: tuple[PreflightCheck, ...] = ()
         """Checks of the ground, for the limits in force and the homes that they were made for."""
         self._terrain: tuple[PreflightCheck, ...] = ()
@@ -238,11 +240,14 @@ class Launch:
         roster.ground = survey_ground([member.state for member in members])
         found_enu_m = [roster.launch_point_enu_m(member) for member in members]
         homes_enu_m = [home_enu_m for home_enu_m in found_enu_m if home_enu_m is not None]
-        if roster.ground is None or len(homes_enu_m) < len(members) or self._is_planned(members, homes_enu_m):
+        is_planned = self._is_planned(members, homes_enu_m) and self._spares == len(self._spare_homes_enu_m())
+        if roster.ground is None or len(homes_enu_m) < len(members) or is_planned:
             roster.ground = former
             return
         roster.settle_altitudes()
-        limits = context.flight.limits = propose_limits(context.settings, homes_enu_m)
+        spare_homes_enu_m = self._spare_homes_enu_m()
+        self._spares = len(spare_homes_enu_m)
+        limits = context.flight.limits = propose_limits(context.settings, [*homes_enu_m, *spare_homes_enu_m])
         # Until the ground is surveyed, layers that follow it have no heights.
         roster.layers.surface = None if context.settings.layers_follow_ground else LEVEL
         homes_m = np.array(homes_enu_m)[:, :2]
@@ -255,6 +260,19 @@ class Launch:
             *check_ground(launch_points, limits, context.settings),
             *check_descents([member.vehicle_id for member in members], met),
         )
+
+    def _spare_homes_enu_m(self) -> list[NDArray[np.float64]]:
+        """Return where vehicles stand, shape (3,) each, that may take off for the relay: they need layers, too."""
+        frame, settings = self._context.roster.frame, self._context.settings
+        is_any = settings.any_vehicles and settings.relay.enabled
+        return [
+            frame.to_enu(member.state.home)
+            for member in self._context.roster.members(Task.IDLE)
+            if frame is not None
+            and member.state.home is not None
+            and not member.is_chosen
+            and (is_any or member.is_ready or member.vehicle_id in settings.relay.vehicle_ids)
+        ]
 
     async def _survey_terrain(self) -> None:
         """Read the ground below the flight, once its limits are proposed, and limit the heights above it."""

@@ -72,6 +72,8 @@ ACTIONS: Mapping[Action, frozenset[Phase]] = MappingProxyType(
         Action.ABORT: frozenset(Phase) - {Phase.DONE},
         Action.FOCUS: frozenset(Phase) - ENDING - {Phase.DONE},
         Action.JOIN: SAMPLING | {Phase.LINE},
+        Action.READY: frozenset(Phase) - ENDING - {Phase.DONE},
+        Action.NOT_READY: frozenset(Phase) - ENDING - {Phase.DONE},
         Action.OVERRIDE: frozenset({Phase.PREFLIGHT, Phase.READY}),
         Action.NEW_SORTIE: frozenset({Phase.DONE}),
     }
@@ -79,6 +81,7 @@ ACTIONS: Mapping[Action, frozenset[Phase]] = MappingProxyType(
 
 
 _DOWN = frozenset({Action.RETURN, Action.LAND})
+_CONFIRMATIONS = frozenset({Action.READY, Action.NOT_READY})
 
 
 def is_allowed(phase: Phase, action: Action, *, anyone_flies: bool) -> bool:
@@ -115,6 +118,8 @@ def check_action(phase: Phase, action: Action, *, anyone_flies: bool = False) ->
     if action is Action.START:
         reason = "preflight has not passed yet" if phase in ON_GROUND else "the mission has started already"
         raise MissionError(f"Cannot start: {reason}.")
+    if action in _CONFIRMATIONS:
+        raise MissionError(f"Cannot confirm vehicles for the relay in the phase {PHASE_NAMES[phase]}.")
     if phase in ON_GROUND:
         reason = "the mission has not started" if anyone_flies else "no vehicle is flying yet"
         raise MissionError(f"Cannot {action}: {reason}.")

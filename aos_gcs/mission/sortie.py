@@ -7,6 +7,7 @@ from typing import Any
 
 from aos_gcs.mission.context import MissionContext
 from aos_gcs.mission.fleet.joining import Joining
+from aos_gcs.mission.fleet.relay import Relay
 from aos_gcs.mission.fleet.return_and_land import ReturnAndLand
 from aos_gcs.mission.fleet.vehicle_tasks import VehicleTasks
 from aos_gcs.mission.launch import Launch
@@ -54,6 +55,7 @@ class Sortie:
         self.search = Search(context, mission, gallery, self.vision, findings, ground=ground)
         self.return_and_land = ReturnAndLand(context, vehicle_tasks)
         self.joining = Joining(context, vehicle_tasks, inspector, self.launch.check_one)
+        self.relay = Relay(context, self.joining, self.return_and_land, search_left_s=self.search.time_left_s)
         self.handlers: Mapping[Phase, Callable[[], Coroutine[Any, Any, Phase]]] = {
             Phase.CONNECT: self.launch.connect,
             Phase.PREFLIGHT: self.launch.preflight,

@@ -19,7 +19,6 @@ from aos_gcs.mission.phases import SAMPLING
 from aos_gcs.mission.search.findings import Findings
 from aos_gcs.mission.search.gallery import Gallery
 from aos_gcs.mission.search.ground_mapping import GroundMapping
-from aos_gcs.mission.search.progress import ScanProgress, time_on_legs_s
 from aos_gcs.mission.search.same_body import distinct
 from aos_gcs.mission.sortie import Sortie
 
@@ -116,7 +115,7 @@ class LiveView:
             leg=progress.leg,
             covered_fraction=search.covered_ground.covered_fraction,
             ground=self._ground.figures,
-            scan_left_s=self._scan_left_s(progress),
+            scan_left_s=search.time_left_s() if self._state.phase in SAMPLING | {Phase.LINE} else None,
             findings=self._findings.all(),
             planned_vehicles=settings.vehicles,
             acknowledgements=self.acknowledgements.all(),
@@ -126,16 +125,16 @@ class LiveView:
             sharing=self.sharing,
         )
 
-    def _scan_left_s(self, progress: ScanProgress) -> float | None:
-        journal = self._context.journal
-        if self._state.phase not in SAMPLING | {Phase.LINE} or not journal.steps:
-            return None
-        return progress.time_left_s(time_on_legs_s(journal.steps))
-
     def _vehicles(self) -> tuple[VehicleSnapshot, ...]:
-        roster, cameras = self._context.roster, self._state.sortie.search.covered_ground.cameras
+        roster, sortie = self._context.roster, self._state.sortie
+        cameras, relay = sortie.search.covered_ground.cameras, sortie.relay
         return tuple(
-            replace(roster.snapshot(member), camera=cameras.of(member.vehicle_id)) for member in roster.members()
+            replace(
+                roster.snapshot(member),
+                camera=cameras.of(member.vehicle_id),
+                is_ready=relay.is_ready(member) if relay.is_waited_for(member) else None,
+            )
+            for member in roster.members()
         )
 
     def steps(self) -> Sequence[StepRecord]:

@@ -114,6 +114,35 @@ class SearchSettings:
                 raise ConfigurationError(f"{name} must be above 0 and at most {MAX_LINE_SPACING_M:g}, but is {value}.")
 
 
+MAX_SPARES: Final = 50
+"""Greatest number of vehicles that wait to take the places of others."""
+
+
+@dataclass(frozen=True, slots=True)
+class RelaySettings:
+    """Settings of the relay: vehicles on the ground take the places of those whose batteries run low."""
+
+    enabled: bool = False
+    vehicle_ids: tuple[int, ...] = ()
+    """Vehicles beside those of the swarm that may take off for it, once each; naming them is the permission."""
+    swap_s: float = 180.0
+    """Time on the ground for another battery, with which replacements are planned."""
+    wind_mps: float = 0.0
+    """Headwind against which the way home is reckoned."""
+
+    def __post_init__(self) -> None:
+        for name, greatest in (("swap_s", 7200.0), ("wind_mps", 50.0)):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and 0.0 <= value <= greatest):
+                raise ConfigurationError(f"{name} must be 0 or more and at most {greatest:g}, but is {value}.")
+        if len(self.vehicle_ids) > MAX_SPARES:
+            raise ConfigurationError(f"vehicle_ids may name {MAX_SPARES} vehicles, but names {len(self.vehicle_ids)}.")
+        if any(not 1 <= one <= 250 for one in self.vehicle_ids):
+            raise ConfigurationError(f"vehicle_ids must lie within 1 and 250, but are {list(self.vehicle_ids)}.")
+        if self.vehicle_ids and not self.enabled:
+            raise ConfigurationError("vehicle_ids names vehicles for a relay; set enabled = true, or leave them out.")
+
+
 @dataclass(frozen=True, slots=True)
 class Deadlines(_Positive):
     """Clock seconds after which the mission goes on without a vehicle, or gives up."""
@@ -282,6 +311,7 @@ class MissionSettings:
     seed: int = 0
     flight: FlightSettings = field(default_factory=FlightSettings)
     search: SearchSettings = field(default_factory=SearchSettings)
+    relay: RelaySettings = field(default_factory=RelaySettings)
     deadlines: Deadlines = field(default_factory=Deadlines)
     preflight: PreflightSettings = field(default_factory=PreflightSettings)
     detection: DetectionSettings = field(default_factory=DetectionSettings)

@@ -34,6 +34,13 @@ MAX_BODIES = 100
 ORIGIN_DEG = (48.3, 14.3, 260.0)
 SEARCH_AREA_ENU_M = ((-25.0, 8.0), (25.0, 8.0), (25.0, 88.0), (-25.0, 88.0))
 """The part of the simulator's forest that hides the person; one leg of ten vehicles covers it."""
+RELAY_AREA_ENU_M = ((-80.0, 8.0), (80.0, 8.0), (80.0, 168.0), (-80.0, 168.0))
+"""Search area of a relay of batteries: the forest with the person, and meadow about it."""
+RELAY_BATTERY_S = 540.0
+RELAY_SPARES = 2
+RELAY_SPEED_MPS = 1.5
+"""Speed along the legs of a relay: the search takes longer than a battery lasts."""
+MAX_SWAP_S = 3600.0
 FOLDER_NAME = "simulation"
 """Folder within the mission folder for the simulator's truth and log."""
 
@@ -70,6 +77,10 @@ class DemoOptions:
     """Whether the altitude layers follow the ground."""
     search_mode: str = ""
     """Flight along the legs: ``continuous`` or with ``stops``; empty: as missions do by default."""
+    batteries: bool = False
+    """Search for longer than a battery lasts, with vehicles that relieve others."""
+    swap_s: float = 20.0
+    """Time on the ground for another battery."""
     origin_deg: tuple[float, float, float] = ORIGIN_DEG
     """Launch site: latitude, longitude, and altitude above sea level in metres."""
     folder: Path = Path("missions")
@@ -98,10 +109,17 @@ class DemoOptions:
             ("--image-size", self.image_size_px, MIN_IMAGE_SIZE_PX, MAX_IMAGE_SIZE_PX),
             ("--animals", self.animals, 0, MAX_BODIES),
             ("--stones", self.stones, 0, MAX_BODIES),
+            ("--swap", self.swap_s, 1, MAX_SWAP_S),
+            ("--vehicles", self.flown, 1, MAX_VEHICLES),
         )
         for name, value, least, most in ranges:
             if not least <= value <= most:
                 raise ConfigurationError(f"{name} must lie within {least} and {most}, but is {value:g}.")
+
+    @property
+    def flown(self) -> int:
+        """Number of simulated vehicles, with those that relieve others."""
+        return self.vehicles + RELAY_SPARES * self.batteries
 
 
 @dataclass(frozen=True, slots=True)
@@ -203,18 +221,20 @@ def _tables(options: DemoOptions, link_port: int) -> dict[str, Any]:
             "vehicles": options.vehicles,
             "any_vehicles": True,
             "origin_deg": options.origin_deg,
-            "area_enu_m": SEARCH_AREA_ENU_M,
+            "area_enu_m": RELAY_AREA_ENU_M if options.batteries else SEARCH_AREA_ENU_M,
             "seed": options.seed,
             "auto_start": not options.wait,
             "auto_return": not options.wait,
         },
         "swarm": {"strategy": options.strategy},
-        "detection": {"stop_at_first": True},
-        "flight": {"layer_spacing_m": spacing.layers_m},
+        "detection": {"stop_at_first": not options.batteries},
+        "flight": {"layer_spacing_m": spacing.layers_m}
+        | ({"search_speed_mps": RELAY_SPEED_MPS} if options.batteries else {}),
+        "relay": {"enabled": options.batteries, "swap_s": options.swap_s},
         "search": {"mode": options.search_mode} if options.search_mode else {},
         "preflight": {"upload_fence": True, "set_return_height": True, "overrides": overrides},
         **_uncertainty_tables(spacing),
-        "deadlines": _real_deadlines(max(1.0, options.speed)),
+        "deadlines": _real_deadlines(max(1.0, options.speed)) | ({"search_s": 7200.0} if options.batteries else {}),
         "safety": {
             "max_link_age_s": 3.0 * max(1.0, options.speed),
             "max_position_age_s": 3.0 * max(1.0, options.speed),
@@ -249,7 +269,7 @@ def _real_deadlines(speed: float) -> dict[str, float]:
 def _simulator_command(options: DemoOptions, link_port: int, world_file: Path, report_file: Path) -> list[str]:
     return [
         *(sys.executable, "-m", "aos_gcs", "sim"),
-        *("--vehicles", str(options.vehicles)),
+        *("--vehicles", str(options.flown)),
         *("--link", f"udpout://127.0.0.1:{link_port}"),
         *("--seed", str(options.seed)),
         *("--speed", str(options.speed)),
@@ -260,6 +280,7 @@ def _simulator_command(options: DemoOptions, link_port: int, world_file: Path, r
         *("--image-size", str(options.image_size_px)),
         *("--errors", options.errors),
         *("--launch-spacing", str(spacing_for(options.errors).launch_m)),
+        *(("--battery-life", str(RELAY_BATTERY_S), "--swap", str(options.swap_s)) if options.batteries else ()),
         *("--animals", str(options.animals)),
         *("--stones", str(options.stones)),
         *("--world-file", str(world_file)),

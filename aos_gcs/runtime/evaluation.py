@@ -108,7 +108,7 @@ def score_mission(snapshot: MissionSnapshot, folder: Path, world_file: Path, rep
         visibility_max=max(visibilities, default=None),
         visibility_final=visibilities[-1] if visibilities else None,
         steps=snapshot.step,
-        vehicles=len(snapshot.vehicles),
+        vehicles=sum(vehicle.takes_part for vehicle in snapshot.vehicles),
         landed=sum(vehicle.task is Task.LANDED for vehicle in snapshot.vehicles),
         min_separation_m=report.get("min_separation_m"),
         min_height_above_ground_m=report.get("min_height_above_ground_m"),

@@ -29,6 +29,7 @@ from aos_gcs.planning.settings import (
     FlightSettings,
     ForestSettings,
     RegistrationSettings,
+    RelaySettings,
     SearchSettings,
 )
 from aos_gcs.sharing.settings import CaltopoSettings, TakSettings, WebhookSettings
@@ -43,6 +44,7 @@ SECTIONS = {
     "preflight": PreflightConfig,
     "flight": FlightSettings,
     "search": SearchSettings,
+    "relay": RelaySettings,
     "detection": DetectionSettings,
     "uncertainty": Uncertainty,
     "tracking": TrackingSettings,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from aos_gcs.mission.fleet.energy import BatteryMeter, time_home_s
+from aos_gcs.mission.fleet.energy import MANOEUVRES_S, BatteryMeter, time_home_s
 
 
 def test_whole_percents_still_give_the_rate() -> None:
@@ -32,4 +32,14 @@ def test_one_report_that_jumps_is_no_discharge() -> None:
 
 
 def test_home_is_level_flight_and_a_slow_descent() -> None:
-    assert time_home_s(np.array([30.0, 40.0, 35.0]), np.array([0.0, 0.0, 5.0]), 10.0) == pytest.approx(35.0)
+    here_m, home_m = np.array([30.0, 40.0, 35.0]), np.array([0.0, 0.0, 5.0])
+    assert time_home_s(here_m, home_m, 10.0) == pytest.approx(MANOEUVRES_S + 35.0)
+
+
+def test_a_climb_to_the_layer_and_the_wind_make_the_way_home_longer() -> None:
+    here_m, home_m = np.array([30.0, 40.0, 35.0]), np.array([0.0, 0.0, 5.0])
+    # 10 m up at 2 m/s, 50 m at 10 m/s, 40 m down at 1 m/s.
+    assert time_home_s(here_m, home_m, 10.0, layer_up_m=45.0) == pytest.approx(MANOEUVRES_S + 50.0)
+    assert time_home_s(here_m, home_m, 10.0, layer_up_m=20.0) == pytest.approx(MANOEUVRES_S + 35.0)
+    assert time_home_s(here_m, home_m, 10.0, wind_mps=5.0) == pytest.approx(MANOEUVRES_S + 40.0)
+    assert time_home_s(here_m, home_m, 10.0, wind_mps=30.0) == pytest.approx(MANOEUVRES_S + 50.0)

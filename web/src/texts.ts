@@ -2,7 +2,7 @@
 import type { Action } from "./api/types";
 import type { ViewName } from "./shell/route";
 import { decide, handover, report } from "./texts/decide";
-import { attention, fleet, heights, target, vehicle } from "./texts/fly";
+import { attention, fleet, heights, relay, target, vehicle } from "./texts/fly";
 import { names } from "./texts/names";
 import { plan } from "./texts/plan";
 import { focus, see } from "./texts/see";
@@ -14,6 +14,8 @@ const CONSEQUENCE: Readonly<Partial<Record<Action, string>>> = {
   join: "The motors start. Keep people clear of the launch points.",
   return: "The vehicles stop searching and fly home to their launch points.",
   land: "The vehicles descend where they are, onto whatever is below them.",
+  ready:
+    "The motors may start at any time, once. Confirm it only when the battery is changed and everybody is clear of it.",
   abort: "The mission ends and cannot be resumed. All vehicles return home.",
   focus:
     "This changes the whole mission from its next step on: the images on all screens and the search for anomalies.",
@@ -240,6 +242,7 @@ export const texts = {
   fleet,
   attention,
   vehicle,
+  relay,
   target,
   see,
   focus,

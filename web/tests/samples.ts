@@ -33,6 +33,8 @@ export function vehicle(id: number, changes: Partial<Vehicle> = {}): Vehicle {
     components: [],
     link: null,
     camera: null,
+    leaves_in_s: null,
+    relay_ready: null,
     packet_loss_percent: 0,
     layer_height_m: 30,
     waypoint: null,

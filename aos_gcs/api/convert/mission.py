@@ -147,6 +147,10 @@ def allowed_actions(snapshot: MissionSnapshot) -> list[Action]:
         useless.add(Action.RESUME)
     if not any(map(_may_join, snapshot.vehicles)):
         useless.add(Action.JOIN)
+    if not any(_may_join(one) and not one.is_ready and _is_spare(one) for one in snapshot.vehicles):
+        useless.add(Action.READY)
+    if not any(one.is_ready for one in snapshot.vehicles):
+        useless.add(Action.NOT_READY)
     anyone_flies = any(
         one.telemetry.armed and one.telemetry.landed is not LandedState.ON_GROUND for one in snapshot.vehicles
     )
@@ -155,6 +159,11 @@ def allowed_actions(snapshot: MissionSnapshot) -> list[Action]:
         for action in Action
         if is_allowed(snapshot.phase, action, anyone_flies=anyone_flies) and action not in useless
     ]
+
+
+def _is_spare(vehicle: VehicleSnapshot) -> bool:
+    """Return whether a vehicle could be confirmed for the relay: it has landed, or is not one of the swarm."""
+    return vehicle.task is Task.LANDED or not vehicle.takes_part
 
 
 def _may_join(vehicle: VehicleSnapshot) -> bool:

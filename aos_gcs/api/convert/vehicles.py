@@ -71,6 +71,8 @@ class VehicleConverter:
             text=state.text,
             link=self._link(state.link) if state.link else None,
             camera=self._camera((vehicle.camera, state.camera or CameraState())) if vehicle.camera else None,
+            leaves_in_s=rounded(vehicle.leaves_in_s, 0) if math.isfinite(vehicle.leaves_in_s or 0.0) else None,
+            relay_ready=vehicle.is_ready,
         )
 
     def _convert_home(self, home: GeodeticPosition) -> PositionModel | None:

@@ -51,7 +51,9 @@ class VehicleModel(WireModel):
     mode: FlightMode
     mode_name: str = Field(description="The autopilot's own name of its mode.")
     task: Task
-    takes_part: bool = Field(description="Whether it flies the mission; a vehicle that does not is never armed.")
+    takes_part: bool = Field(
+        description="Whether it flies the mission; a vehicle that does not is armed only to join, or for the relay."
+    )
     landed: LandedState
     armed: bool | None
     ready_to_arm: bool | None
@@ -79,3 +81,9 @@ class VehicleModel(WireModel):
     text: str = Field(description="Latest status text of severity warning or worse.")
     link: LinkModel | None
     camera: VehicleCameraModel | None
+    leaves_in_s: float | None = Field(
+        description="Seconds until it is to leave for home by its battery; null while unknown, or to the end."
+    )
+    relay_ready: bool | None = Field(
+        description="Whether it is confirmed to take off once for the relay; null where there is none, and in the air."
+    )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 
 import numpy as np
@@ -14,6 +15,12 @@ _LEAST_S = 30.0
 
 DESCENT_MPS = 1.0
 """Speed of a landing; both autopilots are slower near the ground only."""
+CLIMB_MPS = 2.0
+"""Speed of a climb to a layer; both autopilots are faster as a rule."""
+MANOEUVRES_S = 15.0
+"""Time that turning round, coming to a stop above home and touching down take beside the way."""
+_LEAST_SPEED = 0.25
+"""Share of the cruise speed that is left over the ground against any wind."""
 
 
 class BatteryMeter:
@@ -42,8 +49,26 @@ class BatteryMeter:
         self.per_s = None
 
 
-def time_home_s(position_enu_m: NDArray[np.float64], home_enu_m: NDArray[np.float64], cruise_speed_mps: float) -> float:
-    """Return the seconds from a position to the ground at home, both of shape (3,): level flight, then descent."""
+def time_home_s(
+    position_enu_m: NDArray[np.float64],
+    home_enu_m: NDArray[np.float64],
+    cruise_speed_mps: float,
+    *,
+    layer_up_m: float = -math.inf,
+    wind_mps: float = 0.0,
+) -> float:
+    """Return the seconds from a position to the ground at home: climb to the layer, level flight, then descent.
+
+    Args:
+        position_enu_m: shape (3,).
+        home_enu_m: shape (3,).
+        cruise_speed_mps: speed over the ground without wind.
+        layer_up_m: height of the altitude layer in which it flies home; a vehicle above it does not climb.
+        wind_mps: headwind that the way is reckoned against.
+    """
     beside_m = float(np.hypot(*(position_enu_m - home_enu_m)[:2]))
-    above_m = max(0.0, float(position_enu_m[2] - home_enu_m[2]))
-    return beside_m / cruise_speed_mps + above_m / DESCENT_MPS
+    top_m = max(float(position_enu_m[2]), layer_up_m)
+    climb_s = (top_m - float(position_enu_m[2])) / CLIMB_MPS
+    ground_mps = max(_LEAST_SPEED * cruise_speed_mps, cruise_speed_mps - wind_mps)
+    descent_s = max(0.0, top_m - float(home_enu_m[2])) / DESCENT_MPS
+    return MANOEUVRES_S + climb_s + beside_m / ground_mps + descent_s

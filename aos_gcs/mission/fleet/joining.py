@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable, Callable, Sequence
-
-import numpy as np
-from numpy.typing import NDArray
+from dataclasses import dataclass
 
 from aos_gcs.mission.context import FlightContext
+from aos_gcs.mission.fleet.approach import Approach
 from aos_gcs.mission.fleet.roster import FLYING, Member
 from aos_gcs.mission.fleet.vehicle_tasks import VehicleTasks
 from aos_gcs.mission.model.actions import Refusal
@@ -21,6 +20,18 @@ Check = Callable[[Member], Awaitable[Sequence[PreflightCheck]]]
 """Function that returns the preflight checks of one vehicle, as they are now."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Relief:
+    """Purpose of a vehicle that joins for the relay."""
+
+    relieved: Member | None
+    """Vehicle whose place it takes; None: it fills a gap."""
+    may_start: Callable[[], bool]
+    """Returns whether it may still take off, once its checks are done."""
+    on_joined: Callable[[], Awaitable[None]]
+    """Called as soon as it is part of the swarm."""
+
+
 class Joining:
     """Flies replacements to the swarm: up in a column of their own, then in an altitude layer of their own."""
 
@@ -29,6 +40,7 @@ class Joining:
         self._vehicle_tasks = vehicle_tasks
         self._inspector = inspector
         self._check = check
+        self._approach = Approach(context)
         self._one_at_a_time = asyncio.Lock()
         self._calls_off = 0
 
@@ -41,13 +53,13 @@ class Joining:
         """Let no vehicle start that is still being checked, such as after a hold of all."""
         self._calls_off += 1
 
-    async def join(self, member: Member) -> Refusal | None:
+    async def join(self, member: Member, relief: Relief | None = None) -> Refusal | None:
         """Have a vehicle take off and fly to the swarm; that goes on in the background."""
         async with self._one_at_a_time:
             # Two that are checked at the same time would be given the same layer.
-            return await self._join(member)
+            return await self._join(member, relief)
 
-    async def _join(self, member: Member) -> Refusal | None:
+    async def _join(self, member: Member, relief: Relief | None) -> Refusal | None:
         if member.task not in {Task.IDLE, Task.LANDED} or member.airborne:
             return Refusal(f"is part of the mission already ({member.task})")
         refusal = self._find_place(member)
@@ -56,7 +68,7 @@ class Joining:
         calls_off = self._calls_off
         await self._inspector.settle(member)
         blocking = [check for check in await self._check(member) if check.blocks]
-        if self._calls_off != calls_off:
+        if self._calls_off != calls_off or not (relief is None or relief.may_start()):
             return Refusal("was called off before it started")
         if blocking:
             return Refusal(blocking[0].describe())
@@ -65,7 +77,7 @@ class Joining:
         self._context.roster.assign(member, Task.JOINING)
         text = f"joins the swarm: it climbs to its layer at {member.layer_height_m:.0f} m and flies there"
         self._context.journal.notice(Severity.INFO, text, member.vehicle_id)
-        self._vehicle_tasks.start(member.vehicle_id, self._bring(member))
+        self._vehicle_tasks.start(member.vehicle_id, self._bring(member, relief))
         return None
 
     def _find_place(self, member: Member) -> Refusal | None:
@@ -85,8 +97,8 @@ class Joining:
         layer_height_m = self._free_layer_m(member, limits.ceiling_m - roster.layers.surface.highest_m)
         if layer_height_m is None:
             return Refusal(f"no altitude layer is free below the ceiling at {limits.ceiling_m:.0f} m")
-        for other in context.roster.members(Task.LANDED):
-            if other.layer_height_m == layer_height_m:
+        for other in context.roster.members(Task.IDLE, Task.LANDED):
+            if other is not member and not other.airborne and other.layer_height_m == layer_height_m:
                 other.layer_height_m = None
         member.home_enu_m, member.layer_height_m = home_enu_m, layer_height_m
         return None
@@ -113,7 +125,7 @@ class Joining:
             raise RuntimeError(f"vehicle {member.vehicle_id} has no altitude layer")
         return self._context.flight.blocks_path(member, member.home_enu_m, top_enu_m)
 
-    async def _bring(self, member: Member) -> None:
+    async def _bring(self, member: Member, relief: Relief | None) -> None:
         """Start, climb, fly to the swarm and become part of it; a vehicle that does not get there holds where it is."""
         context = self._context
         if await context.flight.command(member, Arm()) is not None:
@@ -126,21 +138,21 @@ class Joining:
             await context.flight.command(member, Disarm())
             context.roster.assign(member, Task.IDLE)
             return
-        if (place_enu_m := self._beside_the_swarm(member)) is not None:
-            await context.flight.transfer({member.vehicle_id: place_enu_m}, frozenset({Task.JOINING}))
+
+        def those_ahead() -> list[Member]:
+            """Return the vehicle that is to be relieved while it is part of the swarm, or else all of that."""
+            swarm = context.roster.members(Task.SWARM)
+            return [other for other in swarm if relief is not None and other is relief.relieved] or swarm
+
+        has_come = await self._approach.fly(member, those_ahead)
         if member.task is not Task.JOINING:
             return
-        has_come = member.follows_us and place_enu_m is not None and context.flight.has_arrived(member)
         context.roster.assign(member, Task.SWARM if has_come else Task.HELD)
+        if has_come and relief is not None:
+            await relief.on_joined()
         severity, text = (
             (Severity.INFO, "has joined the swarm")
             if has_come
             else (Severity.WARNING, "did not reach the swarm in time. Resume it to have it follow, or return it")
         )
         context.journal.notice(severity, text, member.vehicle_id)
-
-    def _beside_the_swarm(self, member: Member) -> NDArray[np.float64] | None:
-        """Return the place in its layer above or below the middle of the swarm; None if there is no swarm."""
-        roster = self._context.roster
-        places = [p for other in roster.members(Task.SWARM) if (p := roster.position_enu_m(other)) is not None]
-        return roster.layers.at(member, np.mean(places, axis=0)) if places else None

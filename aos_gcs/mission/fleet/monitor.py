@@ -211,7 +211,14 @@ class Monitor:
         position_enu_m, per_s = self._context.roster.position_enu_m(member), member.battery.per_s
         if per_s is None or position_enu_m is None or member.home_enu_m is None:
             return 0.0
-        return per_s * time_home_s(position_enu_m, member.home_enu_m, self._context.settings.flight.cruise_speed_mps)
+        settings, column_enu_m = self._context.settings, self._context.roster.own_column_enu_m(member)
+        return per_s * time_home_s(
+            position_enu_m,
+            member.home_enu_m,
+            settings.flight.cruise_speed_mps,
+            layer_up_m=-math.inf if column_enu_m is None else float(column_enu_m[2]),
+            wind_mps=settings.relay.wind_mps,
+        )
 
     async def _hold(self, member: Member) -> None:
         """Stop one of two vehicles that are too close, whatever it was doing; the operator resumes it."""

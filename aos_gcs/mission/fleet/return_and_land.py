@@ -148,13 +148,13 @@ class ReturnAndLand:
         left = await self._context.flight.wait_until(lambda: roster.members(Task.LOST), lambda _: False, timeout_s)
         return len(left) < len(lost)
 
-    async def send_home(self, member: Member, reason: str) -> Refusal | None:
+    async def send_home(self, member: Member, reason: str, severity: Severity = Severity.WARNING) -> Refusal | None:
         """Have one vehicle leave the swarm and return on its own.
 
         It flies home in its own layer, where no other vehicle flies, and lands once the column below it is free. A
         vehicle that cannot be flown home like that is handed to its autopilot's own return.
         """
-        self._context.journal.notice(Severity.WARNING, f"returns on its own: {reason}", member.vehicle_id)
+        self._context.journal.notice(severity, f"returns on its own: {reason}", member.vehicle_id)
         if self._can_fly_home(member):
             self._context.roster.assign(member, Task.RETURNING)
             self._vehicle_tasks.start(member.vehicle_id, self._fly_home(member))

@@ -71,6 +71,10 @@ class Member:
     sent_at_s: float = -math.inf
     """Time of the latest command to move."""
     battery: BatteryMeter = field(default_factory=BatteryMeter)
+    is_ready: bool | None = None
+    """Whether it is confirmed that it may take off for the relay; None: nobody has said so, and it has not flown."""
+    leaves_in_s: float | None = None
+    """Time until it is to leave for home by its battery; None while that is not known, or it stays to the end."""
     heard_again_at_s: float | None = None
     """Time since which the link of a lost vehicle is good, with its mode known; None while it is not."""
 
@@ -367,6 +371,7 @@ class Roster:
             home_enu_m=None if member.home_enu_m is None else as_enu_point(member.home_enu_m),
             altitude_offset_m=member.altitude_offset_m,
             height_above_ground_m=member.height_above_ground_m,
+            leaves_in_s=member.leaves_in_s,
         )
 
 

@@ -79,3 +79,7 @@ class VehicleSnapshot:
     """Altitude that it reports minus the one above the datum that all share."""
     height_above_ground_m: float | None = None
     """Height above the highest ground about it, by the elevation model; None without one, and in older records."""
+    leaves_in_s: float | None = None
+    """Time until it is to leave for home by its battery; None while that is not known, and in older records."""
+    is_ready: bool | None = None
+    """Whether it is confirmed to take off for the relay; None where there is none, in the air, and in older records."""

@@ -220,8 +220,11 @@ def _check_launch_point(vehicle_id: int, nearest: tuple[int, float] | None, laun
 
 
 def _flown_height_m(roster: Roster, member: Member) -> float:
-    """Return the height above the reference surface at which a vehicle flies; NaN on the ground."""
-    position_enu_m = roster.position_enu_m(member) if member.airborne else None
+    """Return the height above the reference surface at which a vehicle flies; NaN on the ground, and in its layer.
+
+    There it occupies the layer and no other, whatever its position errs by.
+    """
+    position_enu_m = roster.position_enu_m(member) if member.airborne and not roster.is_in_layer(member) else None
     if position_enu_m is None or roster.layers.surface is None:
         return np.nan
     return float(position_enu_m[2]) - roster.layers.surface.at(position_enu_m)

@@ -16,6 +16,7 @@ from aos_gcs.mission.search.deciding import Decider
 from aos_gcs.mission.search.findings import Findings
 from aos_gcs.mission.search.gallery import Gallery
 from aos_gcs.mission.search.ground_mapping import GroundMapping
+from aos_gcs.mission.search.progress import time_on_legs_s
 from aos_gcs.mission.search.sampling import Sampler
 from aos_gcs.mission.search.step_work import StepWork
 from aos_gcs.mission.search.sweeping import Sweeping
@@ -70,11 +71,20 @@ class Search:
             covered_ground=self.covered_ground,
         )
         self.sweeping = Sweeping(context, vision, self._sampler, self._work)
+        self._on_legs_s, self._steps_counted = 0.0, 0
 
     @property
     def step(self) -> int:
         """Number of the latest step."""
         return self._work.step
+
+    def time_left_s(self) -> float | None:
+        """Return how long the rest of the search takes at the pace so far; None while that is not known."""
+        steps, first = self._context.journal.steps, max(0, self._steps_counted - 1)
+        # Each pair of steps is looked at once: a search of hours has tens of thousands.
+        self._on_legs_s += time_on_legs_s(steps[first:])
+        self._steps_counted = len(steps)
+        return self.decider.progress.time_left_s(self._on_legs_s) if steps else None
 
     # --- LINE ---------------------------------------------------------------------------------------------------------
 

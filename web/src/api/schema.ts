@@ -791,6 +791,8 @@ export interface components {
       | "abort"
       | "focus"
       | "join"
+      | "ready"
+      | "not_ready"
       | "override"
       | "new_sortie";
     /**
@@ -2653,6 +2655,11 @@ export interface components {
       landed: components["schemas"]["LandedState"];
       /** Layer Height M */
       layer_height_m: number | null;
+      /**
+       * Leaves In S
+       * @description Seconds until it is to leave for home by its battery; null while unknown, or to the end.
+       */
+      leaves_in_s: number | null;
       link: components["schemas"]["LinkModel"] | null;
       /**
        * Link Age S
@@ -2677,11 +2684,16 @@ export interface components {
        * @description Reason why its last planned waypoint was shortened or held.
        */
       refusal: string | null;
+      /**
+       * Relay Ready
+       * @description Whether it is confirmed to take off once for the relay; null where there is none, and in the air.
+       */
+      relay_ready: boolean | null;
       /** Satellites */
       satellites: number | null;
       /**
        * Takes Part
-       * @description Whether it flies the mission; a vehicle that does not is never armed.
+       * @description Whether it flies the mission; a vehicle that does not is armed only to join, or for the relay.
        */
       takes_part: boolean;
       task: components["schemas"]["Task"];

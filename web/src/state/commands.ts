@@ -9,7 +9,9 @@ const MISSION_WIDE: ReadonlySet<Action> = new Set<Action>(["start", "abort", "fo
 /** Actions that mean nothing to a vehicle that stands on the ground with its motors off. A hold is never withheld. */
 const OF_FLYING: ReadonlySet<Action> = new Set<Action>(["pause", "resume", "return", "land"]);
 /** Actions that start motors, end the search or bring vehicles down need confirmation. Hold never does. */
-const DANGEROUS: ReadonlySet<Action> = new Set<Action>(["start", "join", "return", "land", "abort"]);
+const DANGEROUS: ReadonlySet<Action> = new Set<Action>(["start", "join", "ready", "return", "land", "abort"]);
+/** Actions that vehicles have to be named for: people stand beside them. */
+const OF_NAMED: ReadonlySet<Action> = new Set<Action>(["ready", "not_ready"]);
 
 export const needsConfirmation = (action: Action): boolean => DANGEROUS.has(action);
 
@@ -53,6 +55,7 @@ function scope(action: Action, vehicleIds: readonly number[] | null, mission: Mi
 export function isOffered(action: Action, mission: Mission | null, selected: ReadonlySet<number>): boolean {
   if (mission === null) return false;
   if (OF_FLYING.has(action) && areGrounded(mission, selected)) return false;
+  if (OF_NAMED.has(action) && !areGrounded(mission, selected)) return false;
   // A paused mission cannot be paused again as a whole, but single vehicles can be paused or resumed.
   const isPartial = targets(action, selected) !== null && action === "pause";
   return mission.allowed_actions.includes(action) || (isPartial && mission.allowed_actions.includes("resume"));

@@ -63,6 +63,15 @@ export const vehicle = {
   heading: "Heading",
 } as const;
 
+export const relay = {
+  panel: "Battery relay",
+  next: (id: number) => `Leaves next: vehicle ${id}`,
+  leavesIn: (time: string) => `in ${time}`,
+  due: "now",
+  ready: "ready to take off",
+  unconfirmed: "on the ground: not confirmed as ready",
+} as const;
+
 export const target = {
   panel: "Targets",
   none: "No targets yet.",

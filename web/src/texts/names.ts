@@ -72,6 +72,8 @@ const ACTION: Readonly<Record<Action, string>> = {
   focus: "Focus",
   override: "Override",
   join: "Join",
+  ready: "Confirm ready",
+  not_ready: "Not ready",
   new_sortie: "New sortie",
 };
 

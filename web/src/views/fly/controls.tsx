@@ -17,9 +17,11 @@ const ACTIONS: readonly Action[] = [
   "land",
   "abort",
   "join",
+  "ready",
+  "not_ready",
   "new_sortie",
 ];
-const SHOWN_IF_AVAILABLE: ReadonlySet<Action> = new Set<Action>(["join", "new_sortie"]);
+const SHOWN_IF_AVAILABLE: ReadonlySet<Action> = new Set<Action>(["join", "ready", "not_ready", "new_sortie"]);
 
 export function Controls() {
   const { state, isConnected, mayCommand, selection, changeSelection, commands } = useShell();

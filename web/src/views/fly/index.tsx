@@ -15,6 +15,7 @@ import { MapPanel } from "../../map/panel";
 import { SearchedLegend } from "../../map/searched_legend";
 import { useBaseLayers } from "../../map/use_base";
 import { EventsPanel } from "../../panels/events";
+import { RelayPanel } from "../../panels/relay";
 import { SearchedPanel } from "../../panels/searched";
 import { SharingPanel } from "../../panels/sharing";
 import { TargetsPanel } from "../../panels/targets";
@@ -56,6 +57,7 @@ export function FlyView() {
         <Controls />
         <VehiclePanel />
         <SearchedPanel mission={state.mission} hasFiles={state.capabilities.viewer} />
+        <RelayPanel mission={state.mission} />
         <TargetsPanel targets={state.mission?.targets ?? []} />
         <SharingPanel channels={state.mission?.sharing ?? []} />
       </div>
