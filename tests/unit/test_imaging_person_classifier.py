@@ -16,7 +16,7 @@ from aos_gcs.imaging.persons.classifier import (
     read_model,
     write_model,
 )
-from aos_gcs.imaging.persons.decision import DECISION, decide
+from aos_gcs.imaging.persons.decision import DECISION, FindingKind, decide
 from aos_gcs.imaging.persons.evidence import Evidence
 
 PERSON = Evidence(
@@ -140,6 +140,19 @@ def test_a_look_is_thorough_where_most_frames_of_three_steps_show_what_is_no_per
     assert decide(boar).is_thorough is thorough
     assert not decide(replace(PERSON, vehicles=3, swarm=5, views=views, frames=frames)).is_thorough
     assert not decide(Evidence(0, 0, 0.0, 0.0, 0.0, 0.0, frames=frames, swarm=5)).is_thorough
+
+
+def test_what_was_seen_in_flight_alone_is_surely_no_person_only_where_nothing_of_it_is_as_warm_as_clothes() -> None:
+    """Evidence of missions at 5 m/s: a person of 14 K without skin to be seen, and a stone of 9 K."""
+    person = replace(PERSON, vehicles=5, swarm=5, frames=24, contrast_median_k=7.3, contrast_peak_k=13.8)
+    stone = replace(person, contrast_median_k=5.0, contrast_peak_k=9.5)
+    in_flight = decide(replace(person, is_smeared=True))
+    assert (in_flight.is_surely_other, in_flight.is_thorough, in_flight.is_evidence) == (False, False, False)
+    assert decide(person).is_evidence, "what hovering cameras show counts"
+    assert decide(replace(stone, is_smeared=True)).is_surely_other
+    skin = decide(replace(person, contrast_median_k=9.0, contrast_peak_k=19.0, is_smeared=True))
+    assert skin.kind is FindingKind.PERSON
+    assert skin.is_evidence
 
 
 def test_something_as_hot_as_an_engine_is_no_person() -> None:

@@ -170,6 +170,34 @@ def test_evidence_sums_a_body_up() -> None:
     assert evidence.contrast_peak_k == pytest.approx(20.0, abs=0.2)
 
 
+@pytest.mark.parametrize(
+    ("speeds_mps", "contrast_k", "is_smeared"),
+    [
+        ((0.0, 1.0, 5.0, 5.0), 12.0, False),
+        ((0.0, 5.0, 5.0, 5.0), 7.0, True),
+        ((5.0, 5.0, 5.0, 5.0), 7.0, True),
+        ((0.0, 0.0, 0.0, 0.0), 12.0, False),
+    ],
+)
+def test_contrasts_are_those_of_cameras_that_hovered_where_two_did(
+    speeds_mps: tuple[float, ...], contrast_k: float, is_smeared: bool
+) -> None:
+    contrasts_k = (12.0 if speed_mps < 2.0 else 7.0 for speed_mps in speeds_mps)
+    views = [
+        dataclasses.replace(
+            view_at(number, [(0.1 * number, 0.0)]),
+            speed_mps=speed_mps,
+            contrast_k=np.array([kelvin]),
+            pixel_area_m2=GSD_M**2 / 16,
+        )
+        for number, (speed_mps, kelvin) in enumerate(zip(speeds_mps, contrasts_k, strict=True))
+    ]
+    evidence = gather_evidence(views, views)
+    assert evidence.contrast_median_k == pytest.approx(contrast_k)
+    assert evidence.is_smeared is is_smeared
+    assert (evidence.views, evidence.vehicles) == (4, 4)
+
+
 def test_a_view_on_another_plane_is_that_of_a_look_at_it() -> None:
     frame = frame_with_spot()
     moved, looked = warm_view(frame, 0.0).on_plane(0.0, 6.5), warm_view(frame, 6.5)

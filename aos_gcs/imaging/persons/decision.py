@@ -30,6 +30,9 @@ ENOUGH = 3
 """Vehicles that must see it for that."""
 THOROUGH_FRAMES = 9
 """Frames that show a body thoroughly: those of three vehicles in three steps."""
+SMEARED_PERSON_K = 11.0
+"""Peak contrast from which something that was seen in flight alone may be a person: of clothes 13 K warmer than their
+surroundings frames taken at 5 m/s show 13 K somewhere, but 7 K in the middle, as of fur."""
 MIN_RELATIVE_CONTRAST = 5.0
 """Median contrast of a spot without temperatures that counts as a find, in standard deviations of its surroundings."""
 MIN_CONCENTRATION = 4.0
@@ -81,7 +84,8 @@ class Verdict:
     """Whether so many frames show that it is surely no person that further looks would tell no more. What is not warm
     is never: leaves may hide a person from all of them but one."""
     is_evidence: bool = True
-    """Whether it counts beside other looks; what a single vehicle sees does not."""
+    """Whether it counts beside other looks; what a single vehicle sees does not, nor what frames taken in flight show
+    too cool for a person, when it may have been as warm as one."""
     is_uniform: bool = False
     """Whether it is equally warm all over, as a stone is, so that no skin shows."""
 
@@ -99,14 +103,16 @@ def decide(evidence: Evidence, model: PersonModel | None = None) -> Verdict:
         return Verdict(FindingKind.OBJECT, 0.0, (reason,), is_surely_other=evidence.swarm >= ENOUGH)
     probability = person_confidence(evidence, model)
     share = evidence.vehicles / max(evidence.swarm, evidence.vehicles)
-    is_surely_other = probability <= SURELY_OTHER and share >= MOST and evidence.vehicles >= ENOUGH
+    may_be_more = evidence.is_smeared and evidence.contrast_peak_k >= SMEARED_PERSON_K
+    is_seen_by_most = share >= MOST and evidence.vehicles >= ENOUGH
+    is_surely_other = probability <= SURELY_OTHER and is_seen_by_most and not may_be_more
     return Verdict(
         _kind(evidence, probability),
         probability,
         _reasons(evidence),
         is_surely_other=is_surely_other,
         is_thorough=is_surely_other and evidence.views >= max(THOROUGH_FRAMES, MOST * evidence.frames),
-        is_evidence=evidence.vehicles >= MIN_VEHICLES,
+        is_evidence=evidence.vehicles >= MIN_VEHICLES and not (may_be_more and probability < DECISION),
         is_uniform=evidence.contrast_peak_k - evidence.contrast_median_k < _FUR_SPREAD_K,
     )
 

@@ -13,6 +13,8 @@ from aos_gcs.imaging.persons.warm_bodies import WarmView
 
 APART_M = 2.0
 """Distance between two places of one camera from which they count as those of two: a projected twig wide or more."""
+SHARP_VEHICLES = 2
+"""Vehicles whose frames tell contrasts without those of others that were in flight."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +41,8 @@ class Evidence:
     """Whether the frames tell temperatures; without them contrasts are in standard deviations of the surroundings."""
     concentration: float = 0.0
     """Density of pixels that stand out at the place, as a multiple of that around it; without temperatures only."""
+    is_smeared: bool = False
+    """Whether its contrasts are those that cameras see in flight: at most what they are."""
 
 
 NO_TEMPERATURES = Evidence(0, 0, 0.0, 0.0, 0.0, 0.0, radiometric=False)
@@ -48,12 +52,16 @@ NO_TEMPERATURES = Evidence(0, 0, 0.0, 0.0, 0.0, 0.0, radiometric=False)
 def gather_evidence(body: Sequence[WarmView], among: Sequence[WarmView] = (), plane_height_m: float = 0.0) -> Evidence:
     """Return what the views of one warm body, at least one, tell about it.
 
+    Contrasts are those of cameras that hovered, where two vehicles did.
+
     Args:
         body: the parts of the views that show it.
         among: all views of the same steps, those that do not show it as well.
         plane_height_m: ENU height of the focal plane.
     """
-    contrast_k = np.concatenate([view.contrast_k for view in body])
+    sharp = [view for view in body if not view.is_smeared]
+    is_sharp = len(sharp) == len(body) or vantage_points(sharp, among) >= SHARP_VEHICLES
+    contrast_k = np.concatenate([view.contrast_k for view in (sharp if is_sharp else body)])
     median_k, peak_k = np.quantile(contrast_k, [0.5, 0.99])
     middle_enu_m = np.concatenate([view.points_enu_m for view in body]).mean(axis=0)
     looking = looking_at(middle_enu_m, among, plane_height_m)
@@ -66,6 +74,7 @@ def gather_evidence(body: Sequence[WarmView], among: Sequence[WarmView] = (), pl
         contrast_peak_k=float(peak_k),
         frames=len(looking),
         swarm=vantage_points(looking, among),
+        is_smeared=not is_sharp,
     )
 
 

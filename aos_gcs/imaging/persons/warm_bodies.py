@@ -32,6 +32,11 @@ MAX_PIXELS = 20_000
 """Largest number of warm pixels that a view keeps. A person has some hundreds; a sunlit clearing has a hundred
 thousand, of which every second or third row and column says as much."""
 
+LAG_S = 0.01
+"""Time constant of an uncooled sensor: what a camera sees in flight is smeared over the way that it flies meanwhile."""
+SMEAR_PX = 0.25
+"""Smear, in pixels, from which contrasts between leaves are lower than those of a camera that hovers."""
+
 _BACKGROUND_STRIDE = 4
 """Distance between the pixels that the frame's median is computed from."""
 _CELL_M = 0.25
@@ -62,6 +67,11 @@ class WarmView:
     def area_m2(self) -> float:
         """Area of the pixels together."""
         return len(self.points_enu_m) * self.pixel_area_m2
+
+    @property
+    def is_smeared(self) -> bool:
+        """Whether the camera flew so fast that the contrast of small spots is lost in part."""
+        return self.speed_mps * LAG_S > SMEAR_PX * math.sqrt(self.pixel_area_m2)
 
     def part(self, chosen: NDArray[np.bool | np.intp]) -> WarmView:
         """Return the view with some of its pixels only: ``chosen`` is a mask of shape (k,), or their rows."""
