@@ -284,7 +284,7 @@ class ActionHandler:
             return self._confirm(action is Action.READY, members, operator, named)
         self._announce(operator, f"{action} vehicle {named}")
         done = {
-            Action.PAUSE: "stays at its waypoint",
+            Action.PAUSE: "hovers, outside of the swarm",
             Action.RESUME: "is back in the swarm",
             Action.HOLD: _HOLDS,
             Action.LAND: _LANDS,
@@ -316,7 +316,8 @@ class ActionHandler:
         if member.task is not Task.SWARM:
             return Refusal(f"is not in the swarm ({member.task})")
         self._context.roster.assign(member, Task.HELD)
-        return None
+        # A waypoint of a sweep is far away.
+        return await self._flight.command(member, Hold()) if self._flow.sortie.search.sweeping.is_under_way else None
 
     async def _resume_one(self, member: Member) -> Refusal | None:
         if member.task is not Task.HELD:

@@ -111,6 +111,8 @@ class FormerFlight:
             if member.airborne:
                 member.former_takeover = former.telemetry.taken_over
                 member.former_has_pilot = former.telemetry.has_pilot
+                if former.waypoint_enu_m is not None:
+                    member.waypoint_enu_m = np.array(former.waypoint_enu_m)
                 roster.assign(member, Task.HELD)
                 attached.append(member)
         return attached

@@ -9,7 +9,7 @@ from __future__ import annotations
 import asyncio
 import math
 from collections.abc import Callable, Coroutine
-from contextvars import ContextVar, copy_context
+from contextvars import Context, ContextVar, copy_context
 from typing import Any, TypeVar
 
 T = TypeVar("T")
@@ -33,6 +33,13 @@ def sign_of_life(busy_s: float = 0.0) -> None:
     """
     if (watch := _WATCH.get()) is not None:
         watch.expect(busy_s + SILENCE_S)
+
+
+def unwatched() -> Context:
+    """Return a context for a task beside the handler: what goes on there says nothing about the handler's own work."""
+    context = copy_context()
+    context.run(_WATCH.set, None)
+    return context
 
 
 class HandlerWatch:

@@ -20,6 +20,7 @@ from aos_gcs.airspace.vetting import vet_waypoints
 from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict
 from aos_gcs.errors import CommandError, CommandRefusedError
 from aos_gcs.mission.fleet.accuracies import accuracy_in_layers
+from aos_gcs.mission.fleet.motion import destination_enu_m, hovers_at_waypoint, is_under_way, speed_mps
 from aos_gcs.mission.fleet.roster import Member, Roster
 from aos_gcs.mission.handler_watch import sign_of_life
 from aos_gcs.mission.journal import Journal
@@ -204,18 +205,16 @@ class FlightControl:
             home_enu_m=member.home_enu_m,
             battery_per_m=self._battery_per_m(member),
             accuracy=self.accuracy(member),
-            waypoint_enu_m=_destination_enu_m(member),
+            waypoint_enu_m=destination_enu_m(member, self._settings),
             stop_enu_m=self._stop_enu_m(member, position_enu_m),
         )
 
     def _stop_enu_m(self, member: Member, position_enu_m: NDArray[np.float64]) -> NDArray[np.float64] | None:
         """Return where a vehicle would come to a stop, shape (3,), with its motion since its last position; or None."""
-        velocity_enu_mps = np.array(member.state.velocity_enu_mps or (0.0, 0.0, 0.0))
-        speed_mps = float(np.linalg.norm(velocity_enu_mps))
-        if speed_mps <= self._settings.arrival_speed_mps:
+        if (present_mps := speed_mps(member)) <= self._settings.arrival_speed_mps:
             return None
-        braking_s = (self._roster.position_age_s(member) or 0.0) + speed_mps / (2.0 * DECELERATION_MPS2)
-        return position_enu_m + braking_s * velocity_enu_mps
+        braking_s = (self._roster.position_age_s(member) or 0.0) + present_mps / (2.0 * DECELERATION_MPS2)
+        return position_enu_m + braking_s * np.array(member.state.velocity_enu_mps)
 
     def _obstacles(self, moving_ids: set[int]) -> list[Obstacle]:
         """Return the other airborne vehicles: where they hover, or the column in which they may be descending.
@@ -237,7 +236,7 @@ class FlightControl:
             obstacle = Obstacle(
                 member.vehicle_id,
                 position_enu_m,
-                waypoint_enu_m=_destination_enu_m(member),
+                waypoint_enu_m=destination_enu_m(member, self._settings),
                 stop_enu_m=self._stop_enu_m(member, position_enu_m),
                 column=goes_home or climbs or not member.follows_us or isinstance(command, Land),
                 top_m=None if top_enu_m is None else float(top_enu_m[2]),
@@ -299,34 +298,42 @@ class FlightControl:
         on_handed_over: Callable[[], None] | None = None,
         tasks: frozenset[Task] = _SWARM,
     ) -> dict[int, Refusal | None]:
-        """Send vetted waypoints; what safety has held is not sent. Returns as ``command_each`` does.
+        """Send vetted waypoints, and return as ``command_each`` does what became of them.
 
+        A vehicle that safety has held is told to hold where it still flies to an earlier waypoint, which may be far.
         Nothing is sent to a vehicle that has got a task outside of ``tasks`` since it was vetted, or was taken over.
         """
         targets: dict[int, NDArray[np.float64]] = {}
+        stopped_ids: list[int] = []
         speeds_mps = {record.vehicle_id: record.speed_mps or self._settings.cruise_speed_mps for record in records}
         for record, member in zip(records, self._roster.select(record.vehicle_id for record in records), strict=True):
             member.refusal = None if record.verdict is WaypointVerdict.SENT else record.reason
-            if record.sent_enu_m is not None and _is_ours(member, tasks):
+            if not _is_ours(member, tasks):
+                continue
+            if record.sent_enu_m is not None:
                 targets[member.vehicle_id] = member.waypoint_enu_m = np.array(record.sent_enu_m)
                 member.turn.order(record.heading_rad, member.state.heading_rad, self._clock.now_s())
+            elif is_under_way(member, self._roster.position_enu_m(member), self._settings):
+                stopped_ids.append(member.vehicle_id)
 
-        def goto(member: Member) -> Goto:
+        def command(member: Member) -> Command:
+            if member.vehicle_id not in targets:
+                return Hold()
             place = self._roster.geodetic(member, targets[member.vehicle_id])
             return Goto(place, speeds_mps[member.vehicle_id], member.turn.heading_rad)
 
-        return await self.command_each(self._roster.select(targets), goto, on_handed_over=on_handed_over)
+        members = self._roster.select([*targets, *stopped_ids])
+        results = await self.command_each(members, command, on_handed_over=on_handed_over)
+        return {vehicle_id: results[vehicle_id] for vehicle_id in targets}
 
     def has_arrived(self, member: Member) -> bool:
         """Return whether the vehicle hovers at its waypoint, and heads where it was told to."""
-        position_enu_m = self._roster.position_enu_m(member)
-        if position_enu_m is None or member.waypoint_enu_m is None:
-            return False
-        velocity_enu_mps = member.state.velocity_enu_mps
-        speed_mps = 0.0 if velocity_enu_mps is None else float(np.linalg.norm(velocity_enu_mps))
-        distance_m = float(np.linalg.norm(position_enu_m - member.waypoint_enu_m))
-        hovers = distance_m <= self._settings.arrival_radius_m and speed_mps <= self._settings.arrival_speed_mps
+        hovers = hovers_at_waypoint(member, self._roster.position_enu_m(member), self._settings)
         return hovers and member.turn.is_over(self._clock.now_s())
+
+    def _waits(self, member: Member) -> bool:
+        """Return whether the vehicle hovers at its waypoint, or was told to hold instead of flying there."""
+        return isinstance(member.last_command, Hold) or self.has_arrived(member)
 
     async def wait_until(
         self, members: Callable[[], Iterable[Member]], done: Callable[[Member], bool], timeout_s: float
@@ -364,7 +371,7 @@ class FlightControl:
             refused = [vehicle_id for vehicle_id, refusal in results.items() if refusal is not None]
             # A vehicle that refuses is asked again soon, even if others are still on their way.
             wait_s = _RETRY_S if refused else self._deadlines.move_s
-            await self.wait_until(pending, self.has_arrived, min(left_s, wait_s))
+            await self.wait_until(pending, self._waits, min(left_s, wait_s))
             await self._clock.sleep(_POLL_S)
         return pending()
 
@@ -382,11 +389,6 @@ class FlightControl:
 def _is_ours(member: Member, tasks: frozenset[Task]) -> bool:
     """Return whether a waypoint may be sent: a goto would end a pilot's flight, a hold, a return or a landing."""
     return member.task in tasks and member.follows_us
-
-
-def _destination_enu_m(member: Member) -> NDArray[np.float64] | None:
-    """Return where a vehicle flies to by its latest command, shape (3,); None if that does not name a place."""
-    return member.waypoint_enu_m if isinstance(member.last_command, Goto) else None
 
 
 def _why_left(member: Member) -> str:

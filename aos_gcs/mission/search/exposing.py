@@ -18,7 +18,7 @@ import numpy as np
 from aos_gcs.errors import CaptureError
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.fleet.roster import Member
-from aos_gcs.mission.handler_watch import sign_of_life
+from aos_gcs.mission.handler_watch import sign_of_life, unwatched
 from aos_gcs.mission.search.sampling import Sample, Sampler, without
 from aos_gcs.ports import Capture, Severity
 
@@ -85,7 +85,7 @@ class Exposures:
 
     def start(self, work: Coroutine[Any, Any, None]) -> asyncio.Task[None]:
         """Do work beside the exposures, for as long as these may go on."""
-        return self._group.create_task(work)
+        return self._group.create_task(work, context=unwatched())
 
     async def round(self) -> Sample | None:
         """Return the oldest frame of each vehicle, once all have one or the first has waited for one period.

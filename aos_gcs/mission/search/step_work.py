@@ -43,7 +43,7 @@ class SweepFlight(Protocol):
         """Send vetted waypoints while others work."""
         ...
 
-    async def give_way(self) -> None:
+    def give_way(self) -> None:
         """Send no more of the sweep: the vehicles are about to be sent elsewhere."""
         ...
 
@@ -246,7 +246,7 @@ class StepWork:
                 sweep.send(decision.waypoints)
             return handed_over_ms[-1]
         if sweep is not None:
-            await sweep.give_way()
+            sweep.give_way()
         await self._context.flight.send(decision.waypoints, lambda: handed_over_ms.append(_ms_since(received_at_s)))
         if sweep is not None:
             await sweep.finish()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -16,11 +17,13 @@ from aos_gcs.mission.search.sampling import Sample, Sampler
 from aos_gcs.mission.search.step_work import StepWork
 from aos_gcs.mission.search.vision import Vision
 from aos_gcs.planning.settings import SearchMode
-from aos_gcs.ports import Goto, Hold, Severity
+from aos_gcs.ports import Goto, Severity
 
+ANALYSIS_S = 1.0
+"""Time for a round's analysis. A sweep whose waypoints are older than by this and the longest wait for frames stops:
+what was free when they were vetted may no longer be."""
 _SAME_PLACE_M = 0.05
-_GIVE_WAY_S = 1.0
-"""Longest time that other waypoints wait for the confirmation of those of a sweep."""
+_POLL_S = 0.25
 
 
 class Sweeping:
@@ -57,8 +60,11 @@ class Sweeping:
         async with exposing(self._context, self._sampler) as exposures:
             flight = _Flight(self._context, exposures)
             flight.send(waypoints)
+            watch = exposures.start(self._watch(flight, exposures.blind_s + ANALYSIS_S))
             while self.is_under_way and following is Phase.SCAN and not self.is_paused:
                 following = await self._make_step(flight, exposures)
+            watch.cancel()
+            flight.give_way()
         if following is Phase.SCAN:
             await self.stop()
         return following
@@ -68,23 +74,42 @@ class Sweeping:
         if not self.is_under_way:
             return
         self.is_under_way = False
+        waypoints = self._stops()
+        await self._context.flight.send(waypoints)
+        await self._work.await_arrival(waypoints)
+
+    async def _end(self, flight: _Flight) -> None:
+        """Have the vehicles hover, and send no more of the sweep."""
+        flight.give_way()
+        await self.stop()
+
+    def _stops(self) -> tuple[WaypointRecord, ...]:
+        """Return the places where the vehicles of the swarm come to a stop, vetted."""
         flight, roster = self._context.flight, self._context.roster
         situation = flight.situation([member.vehicle_id for member in roster.members(Task.SWARM)])
-        stops_enu_m = {
-            one.vehicle_id: one.position_enu_m if one.stop_enu_m is None else one.stop_enu_m
-            for one in situation.movable
-        }
-        waypoints = flight.vet(stops_enu_m)
-        await flight.send(waypoints)
-        unsent_ids = [one.vehicle_id for one in waypoints if one.sent_enu_m is None]
-        await flight.command_each(roster.select(unsent_ids), lambda _: Hold())
-        await self._work.await_arrival(waypoints)
+        return flight.vet(
+            {
+                one.vehicle_id: one.position_enu_m if one.stop_enu_m is None else one.stop_enu_m
+                for one in situation.movable
+            }
+        )
+
+    async def _watch(self, flight: _Flight, longest_s: float) -> None:
+        """Stop the vehicles where a step takes longer, as when images are not analysed; its decision sends them on."""
+        clock, journal = self._context.clock, self._context.journal
+        while True:
+            await clock.sleep(_POLL_S)
+            unvetted_s = clock.now_s() - flight.vetted_at_s
+            if flight.is_on_its_way and unvetted_s > longest_s:
+                text = f"Step {self._work.step} takes longer than {unvetted_s:.0f} s: the line stops until it is over"
+                journal.notice(Severity.WARNING, text)
+                flight.stop(self._stops())
 
     async def _make_step(self, flight: _Flight, exposures: Exposures) -> Phase:
         """Make a step by the next round of frames; where there is none, the sweep stops."""
         context, work = self._context, self._work
         if len(swarm := context.roster.members(Task.SWARM)) < context.settings.fewest_vehicles:
-            await self.stop()
+            await self._end(flight)
             return Phase.SCAN
         exposures.follow(swarm)
         if (taken := await exposures.round()) is None:
@@ -92,7 +117,7 @@ class Sweeping:
             silence = f"No frame has come in flight for {exposures.blind_s:g} s ({exposures.trouble})"
             text = f"{silence}: the search goes on with stops"
             context.journal.notice(Severity.WARNING, text)
-            await self.stop()
+            await self._end(flight)
             return Phase.SCAN
         work.step += 1
         context.journal.set_message(f"Step {work.step}: searching in flight.")
@@ -103,7 +128,7 @@ class Sweeping:
             Phase.SCAN, swarm, intake, taken, may_sweep=self.is_allowed, sweep=flight
         )
         if decision is None:
-            await self.stop()
+            await self._end(flight)
         elif not decision.is_sweep:
             # Their waypoints are others now; where there are none, the next phase sends them.
             self.is_under_way = following not in {Phase.SCAN, Phase.CONVERGE}
@@ -111,13 +136,17 @@ class Sweeping:
 
 
 class _Flight:
-    """See :class:`aos_gcs.mission.search.step_work.SweepFlight`. One sending at a time; what differs is sent next."""
+    """See :class:`aos_gcs.mission.search.step_work.SweepFlight`. No vehicle waits for the confirmation of another."""
 
     def __init__(self, context: FlightContext, exposures: Exposures) -> None:
         self._context = context
         self._exposures = exposures
-        self._sending: asyncio.Task[None] | None = None
-        self._unconfirmed: frozenset[int] = frozenset()
+        self._sending: dict[int, asyncio.Task[None]] = {}
+        self._unconfirmed: set[int] = set()
+        self.is_on_its_way = False
+        """Whether the vehicles fly to waypoints far ahead."""
+        self.vetted_at_s = -math.inf
+        """Time at which these were vetted."""
 
     @property
     def is_behind(self) -> bool:
@@ -127,12 +156,25 @@ class _Flight:
         return self._exposures.leave_out(step, taken, reasons)
 
     def send(self, waypoints: Sequence[WaypointRecord]) -> None:
-        changed = [one for one in waypoints if one.vehicle_id in self._unconfirmed or not self._is_followed(one)]
-        if changed and (self._sending is None or self._sending.done()):
-            self._sending = self._exposures.start(self._send(changed))
+        self.is_on_its_way, self.vetted_at_s = True, self._context.clock.now_s()
+        self._send_changed(waypoints)
+
+    def stop(self, waypoints: Sequence[WaypointRecord]) -> None:
+        """Send vetted places where the vehicles come to a stop."""
+        self.is_on_its_way = False
+        self._send_changed(waypoints)
+
+    def _send_changed(self, waypoints: Sequence[WaypointRecord]) -> None:
+        """Send each vehicle what differs from what it was told last; that is no longer repeated."""
+        for one in waypoints:
+            if one.vehicle_id not in self._unconfirmed and self._is_followed(one):
+                continue
+            self._call_off(one.vehicle_id)
+            self._unconfirmed.discard(one.vehicle_id)
+            self._sending[one.vehicle_id] = self._exposures.start(self._send(one))
 
     def _is_followed(self, waypoint: WaypointRecord) -> bool:
-        """Return whether a vehicle flies to a waypoint already, at its speed."""
+        """Return whether a vehicle flies, or is being sent, to a waypoint already, at its speed."""
         (member,) = self._context.roster.select([waypoint.vehicle_id])
         command = member.last_command
         if waypoint.sent_enu_m is None or member.waypoint_enu_m is None or not isinstance(command, Goto):
@@ -140,13 +182,18 @@ class _Flight:
         is_there = bool(np.allclose(member.waypoint_enu_m, waypoint.sent_enu_m, atol=_SAME_PLACE_M))
         return is_there and command.speed_mps == waypoint.speed_mps
 
-    async def give_way(self) -> None:
-        if self._sending is not None:
-            await asyncio.wait([self._sending], timeout=_GIVE_WAY_S)
+    def _call_off(self, vehicle_id: int) -> None:
+        if (sending := self._sending.pop(vehicle_id, None)) is not None:
+            sending.cancel()
+
+    def give_way(self) -> None:
+        self.is_on_its_way = False
+        for vehicle_id in tuple(self._sending):
+            self._call_off(vehicle_id)
 
     async def finish(self) -> None:
         await self._exposures.finish()
 
-    async def _send(self, waypoints: Sequence[WaypointRecord]) -> None:
-        results = await self._context.flight.send(waypoints)
-        self._unconfirmed = frozenset(vehicle_id for vehicle_id, refusal in results.items() if refusal is not None)
+    async def _send(self, waypoint: WaypointRecord) -> None:
+        results = await self._context.flight.send([waypoint])
+        self._unconfirmed |= {vehicle_id for vehicle_id, refusal in results.items() if refusal is not None}

@@ -1,0 +1,43 @@
+"""Motion of a vehicle: how fast it flies, where to by its latest command, and whether it hovers there."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.mission.fleet.roster import Member
+from aos_gcs.planning.settings import FlightSettings
+from aos_gcs.ports import Goto
+
+FloatArray = NDArray[np.float64]
+
+
+def speed_mps(member: Member) -> float:
+    """Return the speed that a vehicle reports; 0 where it reports none."""
+    velocity_enu_mps = member.state.velocity_enu_mps
+    return 0.0 if velocity_enu_mps is None else float(np.linalg.norm(velocity_enu_mps))
+
+
+def destination_enu_m(member: Member, flight: FlightSettings) -> FloatArray | None:
+    """Return where a vehicle flies to, shape (3,): by its latest command, or by one of a station before this one.
+
+    None where that command does not name a place. The station before has left a place only to a vehicle that still
+    flies by its commands.
+    """
+    if isinstance(member.last_command, Goto):
+        return member.waypoint_enu_m
+    is_sent_before = member.last_command is None and member.follows_us and speed_mps(member) > flight.arrival_speed_mps
+    return member.waypoint_enu_m if is_sent_before else None
+
+
+def hovers_at_waypoint(member: Member, position_enu_m: FloatArray | None, flight: FlightSettings) -> bool:
+    """Return whether a vehicle is seen to hover at the place that it was last sent to."""
+    if position_enu_m is None or member.waypoint_enu_m is None:
+        return False
+    distance_m = float(np.linalg.norm(position_enu_m - member.waypoint_enu_m))
+    return distance_m <= flight.arrival_radius_m and speed_mps(member) <= flight.arrival_speed_mps
+
+
+def is_under_way(member: Member, position_enu_m: FloatArray | None, flight: FlightSettings) -> bool:
+    """Return whether a vehicle still flies to a waypoint of ours, as far as is known."""
+    return isinstance(member.last_command, Goto) and not hovers_at_waypoint(member, position_enu_m, flight)
