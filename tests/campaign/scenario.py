@@ -26,8 +26,15 @@ from tests.fakes.air import GCS
 MAX_FAULTS = 5
 STEP_TICKS = 5
 IMAGE_SIZE_PX = 32
+RX_QUANTILE = 0.985
+"""The warm spot takes more than a hundredth of such small images."""
 LOWEST_LAYER_M = 10.0
 AREA_ENU_M = ((-8.0, 8.0), (8.0, 8.0), (8.0, 22.0), (-8.0, 22.0))
+"""A short area, without anything to see."""
+LONG_AREA_ENU_M = ((-8.0, 8.0), (8.0, 8.0), (8.0, 70.0), (-8.0, 70.0))
+"""An area whose leg takes 12 s at the speed of a sweep, with the warm spot of the tests' ground in its middle."""
+SEARCH_S, LONG_SEARCH_S = 20.0, 45.0
+"""Time from the launch after which all return, by area."""
 SPACING_M = {"none": (2.0, 3.0), "rtk": (2.0, 3.0), "gnss": (10.0, 12.0)}
 """Range of the layers' spacing, by the kind of errors."""
 LAUNCH_SPACING_M = {"none": 5.0, "rtk": 5.0, "gnss": 15.0}
@@ -51,6 +58,10 @@ class Scenario:
     upload_fence: bool
     faults: tuple[Fault, ...]
     mode: SearchMode = SearchMode.STOPS
+    is_long: bool = False
+    """Whether the area is the long one."""
+    stops_at_first: bool = True
+    """Whether the search ends at the first possible person."""
 
     def without(self, fault: Fault) -> Scenario:
         """Return the scenario without one of its faults."""
@@ -59,7 +70,9 @@ class Scenario:
     def describe(self) -> str:
         """Return it in a few lines."""
         fence = ", fence uploaded" if self.upload_fence else ""
-        swarm = f"{self.vehicles} {self.autopilot}, {self.errors} positions, {self.mode} search"
+        area = "long" if self.is_long else "short"
+        goal = "" if self.stops_at_first else " for all persons"
+        swarm = f"{self.vehicles} {self.autopilot}, {self.errors} positions, {self.mode} search{goal}, {area} area"
         head = f"SEED={self.seed}: {swarm}, layers {self.spacing_m:.1f} m apart{fence}"
         return "\n".join([head, *(f"  {fault.describe()}" for fault in self.faults)])
 
@@ -83,8 +96,8 @@ class Scenario:
         overrides = {} if self.upload_fence else {"geofence": "drawn by the campaign"}
         return MissionSettings(
             vehicles=self.vehicles,
-            area_enu_m=AREA_ENU_M,
-            imaging=ImagingSettings(),
+            area_enu_m=LONG_AREA_ENU_M if self.is_long else AREA_ENU_M,
+            imaging=ImagingSettings(rx_quantile=RX_QUANTILE),
             vehicle_ids=tuple(range(1, self.vehicles + 1)),
             origin=DEFAULT_ORIGIN,
             seed=self.seed,
@@ -96,10 +109,10 @@ class Scenario:
                 move_s=10.0,
                 transfer_s=40.0,
                 capture_s=4.0,
-                search_s=20.0,
+                search_s=LONG_SEARCH_S if self.is_long else SEARCH_S,
                 land_s=60.0,
             ),
-            detection=DetectionSettings(found_steps=3, hold_steps=1, stop_at_first=True),
+            detection=DetectionSettings(found_steps=3, hold_steps=1, stop_at_first=self.stops_at_first),
             preflight=PreflightSettings(upload_fence=self.upload_fence, set_return_height=True, overrides=overrides),
             auto_start=True,
             auto_return=True,
@@ -110,7 +123,7 @@ def draw(seed: int) -> Scenario:
     """Draw a scenario; the same for the same seed."""
     rng = np.random.default_rng([seed, 0xA05])
     autopilot = str(rng.choice(["arducopter", "px4"]))
-    vehicles = int(rng.choice([2, 3, 4], p=[0.3, 0.5, 0.2]))
+    vehicles = int(rng.choice([1, 2, 3, 4], p=[0.1, 0.25, 0.45, 0.2]))
     errors = str(rng.choice(["none", "rtk", "gnss"], p=[0.3, 0.5, 0.2]))
     spacing_m = round(float(rng.uniform(*SPACING_M[errors])), 1)
     basis = Basis(autopilot, tuple(range(1, vehicles + 1)), spacing_m - UNLIMITED.separation_m)
@@ -120,4 +133,7 @@ def draw(seed: int) -> Scenario:
     drawn = rng.choice(len(kinds), size=int(rng.integers(1, MAX_FAULTS + 1)), p=weights / weights.sum())
     faults = sorted((kinds[int(row)].draw(rng, basis) for row in drawn), key=lambda fault: fault.at_s)
     mode = SearchMode(str(rng.choice(list(SearchMode))))
-    return Scenario(seed, autopilot, vehicles, errors, spacing_m, upload_fence, tuple(faults), mode)
+    is_long, stops_at_first = bool(rng.random() < 0.4), bool(rng.random() < 0.5)
+    return Scenario(
+        seed, autopilot, vehicles, errors, spacing_m, upload_fence, tuple(faults), mode, is_long, stops_at_first
+    )

@@ -19,7 +19,7 @@ from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.model.steps import StepRecord
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.planning.settings import MissionSettings
-from aos_gcs.ports import Capture, DriverContext
+from aos_gcs.ports import Capture, DriverContext, Worker
 from aos_gcs.store.last_mission import former_flight
 from aos_gcs.store.recorder import MissionRecorder
 from aos_gcs.store.schema import DATABASE_NAME
@@ -62,7 +62,10 @@ async def _write_nothing(*_: object) -> None:
 class Station:
     """A station that flies one mission."""
 
-    def __init__(self, settings: MissionSettings, folder: Path, number: int, start_utc_s: float) -> None:
+    def __init__(
+        self, settings: MissionSettings, folder: Path, number: int, start_utc_s: float, *, imaging: Worker
+    ) -> None:
+        self._imaging = imaging
         self._settings = settings
         self._folder = folder
         self.number = number
@@ -103,6 +106,7 @@ class Station:
                 journal=self.journal,
                 recorder=self._recorder,  # type: ignore[arg-type]
                 loop_monitor=pulse,
+                imaging=self._imaging,
                 former=former,
             )
             self.run = asyncio.create_task(self.mission.run())

@@ -11,6 +11,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
+import numpy as np
 import pytest
 
 from aos_drivers.frames.errors import LateFrameError, TornFrameError
@@ -21,6 +22,7 @@ from aos_gcs.planning.settings import MissionSettings
 from aos_sim.camera.server import ImageServer
 from aos_sim.clock import Pacer, SimTime
 from aos_sim.swarm import SimulatedSwarm, SwarmOptions
+from tests.campaign.imaging import FaultyWorker
 from tests.campaign.oracle import Oracle
 from tests.campaign.station import Station
 from tests.fakes.air import GCS, HOST, Address, Air
@@ -83,6 +85,10 @@ class World:
         self._ids: dict[int, int] = {}
         """System ids of the vehicles by their index."""
         self.camera_faults: dict[int, str] = {}
+        self.camera_delays_s: dict[int, tuple[float, float]] = {}
+        """Shortest and longest time until an image arrives, by vehicle."""
+        self.imaging = FaultyWorker()
+        self._delays = np.random.default_rng([seed, 0xCA3])
         self.loop: StationLoop | None = None
         """Blocks the station's event loop."""
         self.launched_at_s = 0.0
@@ -167,7 +173,8 @@ class World:
             self._stations += 1
             is_first = self._stations == 1
             settings = self._settings if is_first else _by_hand(self._settings)
-            self.station = await Station(settings, self._folder, self._stations, START_UTC_S).__aenter__()
+            station = Station(settings, self._folder, self._stations, START_UTC_S, imaging=self.imaging)
+            self.station = await station.__aenter__()
 
     async def kill_station(self) -> None:
         """End the service without a farewell."""
@@ -242,9 +249,15 @@ class World:
 
     async def _download(self, url: str, _host: str, deadline_s: float) -> Download:
         data = self._images[url]
-        fault = next((how for vehicle_id, how in self.camera_faults.items() if f"/{vehicle_id}/" in url), None)
+        vehicle_id = int(url.split("/")[-2])
+        fault = self.camera_faults.get(vehicle_id)
         assert self.station is not None
         left_s = max(0.0, deadline_s - self.station.clock.now_s())
+        if (late_s := self._delays.uniform(*self.camera_delays_s.get(vehicle_id, (0.0, 0.0)))) > left_s:
+            fault = "nothing"
+        elif late_s > 0.0:
+            await self.sleep(late_s)
+            left_s -= late_s
         match fault:
             case "nothing":
                 await self.sleep(left_s)

@@ -33,17 +33,20 @@ from tests.fakes.air import FIRST_PORT, HOST
 
 
 def covering(seeds: range, count: int) -> list[int]:
-    """Return some of the seeds, whose missions have every fault, and every autopilot with every error of positions."""
+    """Return some of the seeds, whose missions have every fault, every autopilot with every error of positions, and
+    both kinds of areas in both modes.
+    """
     drawn = {seed: draw(seed) for seed in seeds}
     parts = {
-        seed: {(one.autopilot, one.errors), *(type(fault).__name__ for fault in one.faults)}
+        seed: {(one.autopilot, one.errors), (one.mode, one.is_long), *(type(fault).__name__ for fault in one.faults)}
         for seed, one in drawn.items()
     }
     left, chosen = set().union(*parts.values()), []
     while left:
         chosen.append(max(parts, key=lambda seed: len(parts[seed] & left)))
         left -= parts[chosen[-1]]
-    others = [seed for seed in seeds if seed not in chosen]
+    # Long ones take twice as long as others.
+    others = [seed for seed in seeds if seed not in chosen and not drawn[seed].is_long]
     return chosen + others[: count - len(chosen)]
 
 

@@ -16,6 +16,7 @@ from tests.campaign.faults.sensors import (
     WindRises,
 )
 from tests.campaign.faults.station import Freeze, Kill
+from tests.campaign.faults.sweeps import ErraticCameras, HungImaging, Laggard, SlowCamera
 from tests.campaign.faults.vehicles import DeadCamera, LowBattery, Reboot
 
 FAULTS: tuple[type[Fault], ...] = (
@@ -39,6 +40,10 @@ FAULTS: tuple[type[Fault], ...] = (
     OperatorActs,
     Freeze,
     Kill,
+    SlowCamera,
+    ErraticCameras,
+    Laggard,
+    HungImaging,
 )
 
 KNOWN_DEFECTS: Mapping[type[Fault], str] = {}
