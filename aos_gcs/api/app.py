@@ -9,12 +9,15 @@ from pathlib import Path
 
 from fastapi import FastAPI
 
+from aos_gcs.api.access.accounts import AccountFile
 from aos_gcs.api.access.body_limit import BodyLimitMiddleware
+from aos_gcs.api.access.desk import AccountDesk
 from aos_gcs.api.access.operator_file import OperatorFile
 from aos_gcs.api.access.operators import Access
 from aos_gcs.api.access.peer_limits import PeerLimitMiddleware, PeerLimits
 from aos_gcs.api.access.plan_check_turns import PlanChecks
-from aos_gcs.api.access.request_checks import OperatorsOnlyMiddleware, SameOriginMiddleware, SecurityHeadersMiddleware
+from aos_gcs.api.access.request_checks import RolesMiddleware, SameOriginMiddleware, SecurityHeadersMiddleware
+from aos_gcs.api.access.sign_in_log import SignInLog
 from aos_gcs.api.errors import add_error_handlers
 from aos_gcs.api.events.hub import EventHub, Upstream, loop_time_s
 from aos_gcs.api.models.service import CapabilitiesModel
@@ -23,6 +26,7 @@ from aos_gcs.api.openapi import add_routes, make_document
 from aos_gcs.api.page import add_page
 from aos_gcs.api.relief_maps import ReliefMaps
 from aos_gcs.api.routers.plans import IMPORT_PATH
+from aos_gcs.clock import machine_utc_s
 from aos_gcs.handover.model import HandoverControl
 from aos_gcs.mission.control import FindingCommands, MissionCommands, MissionView, ReplayControl
 from aos_gcs.mission.viewing import OperationView, SortieChoice, ViewControl
@@ -33,9 +37,12 @@ from aos_gcs.store.plan_folder import PlanFolder
 @asynccontextmanager
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     async with asyncio.TaskGroup() as group:
-        distributing = group.create_task(app.state.hub.run())
+        tasks = [group.create_task(app.state.hub.run())]
+        if app.state.desk is not None:
+            tasks.append(group.create_task(app.state.desk.sessions.follow()))
         yield
-        distributing.cancel()
+        for task in tasks:
+            task.cancel()
 
 
 def create_app(
@@ -45,6 +52,8 @@ def create_app(
     allowed_hosts: Collection[str] = (),
     operator_code: str | None = None,
     operator_file: OperatorFile | None = None,
+    accounts: AccountFile | None = None,
+    anyone_observes: bool = False,
     commands: MissionCommands | None = None,
     findings: FindingCommands | None = None,
     replay: ReplayControl | None = None,
@@ -66,6 +75,8 @@ def create_app(
         allowed_hosts: host names, beside localhost and IP addresses, under which the page may be opened.
         operator_code: code for signing in as an operator; without one every client is an operator.
         operator_file: remembers who is signed in; without it they sign in again after a restart.
+        accounts: accounts of everybody, in the place of the operator code.
+        anyone_observes: with accounts, those who have not signed in observe.
         commands: commands to the mission; None where it is only shown.
         findings: decisions about the findings of a survey, which has no vehicles; None for missions.
         replay: replay of the mission; None for a live one.
@@ -103,11 +114,12 @@ def create_app(
         handover=handovers is not None,
     )
     app.state.hub = EventHub(mission, replay, capabilities, now_s, upstream)
-    app.state.access = Access(operator_code, now_s, operator_file)
+    app.state.access = Access(operator_code, now_s, operator_file, accounts, anyone_observes=anyone_observes)
+    app.state.desk = _desk(app.state.access)
     app.state.limits = PeerLimits(now_s, app.state.access.addresses)
     app.state.once = Once()
     app.add_middleware(BodyLimitMiddleware, streaming_paths=[IMPORT_PATH])
-    app.add_middleware(OperatorsOnlyMiddleware, access=app.state.access)
+    app.add_middleware(RolesMiddleware, access=app.state.access)
     app.add_middleware(SameOriginMiddleware, allowed_hosts=allowed_hosts)
     app.add_middleware(SecurityHeadersMiddleware)
     app.add_middleware(PeerLimitMiddleware, limits=app.state.limits, access=app.state.access)
@@ -116,3 +128,10 @@ def create_app(
     add_page(app, static_folder)
     app.openapi = make_document  # type: ignore[method-assign]  # FastAPI's documented way to extend the document
     return app
+
+
+def _desk(access: Access) -> AccountDesk | None:
+    if access.accounts is None:
+        return None
+    path = access.accounts.file.path
+    return AccountDesk(access.accounts, SignInLog(path.with_name(f"{path.stem}.sign-ins.jsonl")), machine_utc_s)

@@ -8,8 +8,10 @@ from typing import Annotated, cast
 from fastapi import Depends, Header, Query
 from starlette.requests import HTTPConnection
 
-from aos_gcs.api.access.operators import Access, Session
+from aos_gcs.api.access.desk import AccountDesk
+from aos_gcs.api.access.operators import Access
 from aos_gcs.api.access.plan_check_turns import PlanChecks
+from aos_gcs.api.access.sessions import Session
 from aos_gcs.api.convert.seen import parse_seen
 from aos_gcs.api.errors import NotFoundError, SeenMissingError
 from aos_gcs.api.events.hub import EventHub
@@ -53,13 +55,29 @@ def _get_hub(connection: HTTPConnection) -> EventHub:
     return cast("EventHub", connection.app.state.hub)
 
 
-def _get_access(connection: HTTPConnection) -> Access:
+def access_of(connection: HTTPConnection) -> Access:
+    """Return who is signed in."""
     return cast("Access", connection.app.state.access)
+
+
+def _get_desk_if_any(connection: HTTPConnection) -> AccountDesk | None:
+    return cast("AccountDesk | None", connection.app.state.desk)
+
+
+def _get_desk(connection: HTTPConnection) -> AccountDesk:
+    desk = _get_desk_if_any(connection)
+    if desk is None:
+        raise NotFoundError("This service has no accounts; see api.accounts in docs/configuration.md.")
+    return desk
 
 
 def session_of(connection: HTTPConnection) -> Session:
     """Return the session of a request or WebSocket."""
-    return _get_access(connection).session_of(connection)
+    return access_of(connection).session_of(connection)
+
+
+async def _get_session(connection: HTTPConnection) -> Session:
+    return session_of(connection)  # in the loop, whose clock it needs, and not in a thread
 
 
 def _get_seen(x_seen: Annotated[str | None, Header(description=_SEEN)] = None) -> Seen | None:
@@ -176,5 +194,7 @@ Viewer = Annotated[ViewControl, Depends(_get_viewer)]
 Handovers = Annotated[HandoverControl, Depends(_get_handovers)]
 Checks = Annotated[PlanChecks, Depends(_get_plan_checks)]
 Plans = Annotated[PlanFolder, Depends(_get_plans)]
-OperatorAccess = Annotated[Access, Depends(_get_access)]
-CurrentSession = Annotated[Session, Depends(session_of)]
+Desk = Annotated[AccountDesk, Depends(_get_desk)]
+DeskIfAny = Annotated[AccountDesk | None, Depends(_get_desk_if_any)]
+OperatorAccess = Annotated[Access, Depends(access_of)]
+CurrentSession = Annotated[Session, Depends(_get_session)]

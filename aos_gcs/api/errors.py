@@ -9,7 +9,14 @@ from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException
 
-from aos_gcs.api.access.operators import AccessDeniedError, TooManyGuessesError, WrongCodeError
+from aos_gcs.api.access.accounts import AccountError, InvitationError
+from aos_gcs.api.access.operators import (
+    AccessDeniedError,
+    RoleError,
+    SignInRequiredError,
+    TooManyGuessesError,
+    WrongCodeError,
+)
 from aos_gcs.api.access.plan_check_turns import TooManyChecksError
 from aos_gcs.api.models.base import ErrorModel
 from aos_gcs.errors import AosError, CommandError, ConfigurationError, InputDataError, LinkError, MissionError
@@ -34,7 +41,11 @@ _STATUS_AND_ID: dict[type[AosError], tuple[int, str]] = {
     NotFoundError: (HTTPStatus.NOT_FOUND, "not_found"),
     TooManyGuessesError: (HTTPStatus.TOO_MANY_REQUESTS, "too_many_guesses"),
     WrongCodeError: (HTTPStatus.FORBIDDEN, "wrong_code"),
+    InvitationError: (HTTPStatus.FORBIDDEN, "invitation_unusable"),
+    SignInRequiredError: (HTTPStatus.UNAUTHORIZED, "sign_in_required"),
+    RoleError: (HTTPStatus.FORBIDDEN, "role_required"),
     AccessDeniedError: (HTTPStatus.FORBIDDEN, "operators_only"),
+    AccountError: (HTTPStatus.CONFLICT, "account_unchanged"),
     TooLargeError: (HTTPStatus.REQUEST_ENTITY_TOO_LARGE, "too_large"),
     InputDataError: (HTTPStatus.UNPROCESSABLE_ENTITY, "unusable_data"),
     ConfigurationError: (HTTPStatus.UNPROCESSABLE_ENTITY, "unusable_setting"),

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import sys
+from functools import cache
 from importlib.metadata import version
 from typing import Any
 
@@ -15,6 +16,7 @@ from fastapi.openapi.utils import get_openapi
 
 from aos_gcs.api.models.messages import SERVER_MESSAGE
 from aos_gcs.api.routers import (
+    accounts,
     basemap,
     events,
     findings,
@@ -39,11 +41,25 @@ _DESCRIPTION = (
 def add_routes(app: FastAPI) -> None:
     """Add all routes of the API."""
     of_findings = (kml, findings, handover)  # The file with pictures before those without.
-    for group in (session, mission, operation, plans, replay, viewer, *of_findings, ground, basemap, relief, events):
+    for group in (
+        session,
+        accounts,
+        mission,
+        operation,
+        plans,
+        replay,
+        viewer,
+        *of_findings,
+        ground,
+        basemap,
+        relief,
+        events,
+    ):
         # Routers state whole paths. Other than with include_router, applications share the routes once they are built.
         app.router.routes.extend(group.router.routes)
 
 
+@cache
 def make_document() -> dict[str, Any]:
     """Return the document; no mission is needed for it."""
     app = FastAPI()

@@ -86,6 +86,10 @@ class ApiConfig(BaseModel):
     port: Annotated[int, Field(ge=0, le=65535)] = 8080
     operator_code_file: Path | None = None
     """File with the code by which operators sign in; by default a random code that outlasts restarts."""
+    accounts: Path | None = None
+    """File of accounts, by which everybody signs in instead of operators by the code."""
+    anyone_observes: bool = False
+    """Whether those who have not signed in may observe where there are accounts."""
     max_command_age_s: Annotated[float, Field(ge=0.5, le=30.0)] = MAX_AGE_S
     """Oldest state of the mission by which an operator may command, in real seconds: more for slow networks."""
     plans_folder: Path = Path("plans")

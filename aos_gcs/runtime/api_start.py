@@ -7,6 +7,7 @@ import logging
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from aos_gcs.api.access.accounts import AccountFile
 from aos_gcs.api.access.operator_file import FILE_NAME, OperatorFile
 from aos_gcs.config.model import ApiConfig
 from aos_gcs.runtime.sign_in import OperatorSecrets
@@ -25,8 +26,9 @@ class ApiStart:
     log_level: int = field(default_factory=lambda: logging.getLogger().getEffectiveLevel())
 
     def secrets(self) -> OperatorSecrets:
-        """Return the code, and the file that remembers who has signed in."""
-        return OperatorSecrets(self.code, OperatorFile(self.folder / FILE_NAME))
+        """Return the code or the accounts, and the file that remembers who has signed in."""
+        accounts = None if self.api.accounts is None else AccountFile(self.api.accounts)
+        return OperatorSecrets(self.code, OperatorFile(self.folder / FILE_NAME), accounts)
 
     def to_json(self) -> bytes:
         """Return all of it as JSON."""

@@ -6,20 +6,24 @@ import logging
 from dataclasses import dataclass
 from pathlib import Path
 
+from aos_gcs.api.access.accounts import AccountFile
 from aos_gcs.api.access.operator_code import random_code, read_code
 from aos_gcs.api.access.operator_file import FILE_NAME, OperatorFile
+from aos_gcs.api.access.roles import Role
 from aos_gcs.api.listener import ServerAddress
 from aos_gcs.config.model import ApiConfig
+from aos_gcs.errors import ConfigurationError
 
 _log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
 class OperatorSecrets:
-    """The code by which operators sign in, and the file that remembers who has."""
+    """The code by which operators sign in or the accounts of everybody, and the file that remembers who has."""
 
     code: str
     file: OperatorFile | None = None
+    accounts: AccountFile | None = None
 
 
 def operator_secrets(config: ApiConfig, folder: Path | None = None) -> OperatorSecrets:
@@ -30,17 +34,36 @@ def operator_secrets(config: ApiConfig, folder: Path | None = None) -> OperatorS
         folder: folder in which code and sign-ins outlast a restart; None: neither does.
 
     Raises:
-        ConfigurationError: the file of the code cannot be used.
+        ConfigurationError: the file of the code, or of the accounts, cannot be used.
     """
+    accounts = None if config.accounts is None or not config.enabled else open_accounts(config.accounts)
     given = None if config.operator_code_file is None else read_code(config.operator_code_file)
     if folder is None or not config.enabled:
-        return OperatorSecrets(given or random_code())
+        return OperatorSecrets(given or random_code(), accounts=accounts)
     file = OperatorFile(folder / FILE_NAME)
-    return OperatorSecrets(given or file.code(random_code()), file)
+    return OperatorSecrets(given or file.code(random_code()), file, accounts)
+
+
+def open_accounts(path: Path) -> AccountFile:
+    """Return the accounts of a file.
+
+    Raises:
+        ConfigurationError: it is damaged, or nobody in it may fly.
+    """
+    accounts = AccountFile(path)
+    if not any(account.role.may(Role.OPERATOR) for account in accounts.all()):
+        raise ConfigurationError(
+            f"api.accounts: nobody in {path} may fly. Add somebody: "
+            f"aos-gcs accounts add {path} NAME --role administrator."
+        )
+    return accounts
 
 
 def announce(address: ServerAddress, config: ApiConfig, code: str) -> None:
     """Log the addresses that observers and operators open."""
+    if config.accounts is not None:
+        _log.info("Dashboard: %s. Everybody signs in with an account of %s.", address.url, config.accounts)
+        return
     _log.info("Dashboard for observers: %s", address.url)
     if config.operator_code_file is None:
         # Behind the #, it is sent to no server and stands in no log of requests.

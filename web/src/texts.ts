@@ -6,6 +6,7 @@ import { attention, fleet, heights, relay, target, vehicle } from "./texts/fly";
 import { names } from "./texts/names";
 import { plan } from "./texts/plan";
 import { focus, see } from "./texts/see";
+import * as team from "./texts/team";
 import { understand } from "./texts/understand";
 import type { Theme } from "./theme";
 
@@ -72,7 +73,6 @@ export const texts = {
     holdAll: "HOLD ALL",
     holdAllKey: "Key H",
     holdAllHint: "Stop all vehicles where they are. Key H, or Alt+H while typing.",
-    observer: "Observer",
     observerHint: "Observers cannot send commands. Sign in with the operator code.",
   },
   survey: {
@@ -218,6 +218,7 @@ export const texts = {
     },
     target: (trackId: number) => (trackId === 0 ? "Target" : `Target ${trackId}`),
   },
+  team,
   sharing: {
     panel: "Live sharing",
     sentAt: (time: string) => `Last sent ${time}.`,

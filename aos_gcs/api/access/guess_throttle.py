@@ -18,7 +18,7 @@ LONGEST_WAIT_S: Final = 60.0
 FORGET_AFTER_S: Final = 900.0
 """Time after which the wrong codes of an address are forgotten."""
 GUESSES_PER_MINUTE: Final = 60.0
-"""Limit for all addresses together except this machine's own, from which operators can always sign in."""
+"""Limit for all addresses together, except those of operators and of this machine: they can always sign in."""
 ADDRESSES_KEPT: Final = 1024
 
 
@@ -35,10 +35,12 @@ class GuessThrottle:
 
     Args:
         now_s: a clock that never jumps.
+        is_known: whether operators have sent requests from an address: strangers' guesses do not keep it waiting.
     """
 
-    def __init__(self, now_s: Callable[[], float]) -> None:
+    def __init__(self, now_s: Callable[[], float], is_known: Callable[[str], bool] = lambda _: False) -> None:
         self._now_s = now_s
+        self._is_known = is_known
         self._by_address: OrderedDict[str, _Guesses] = OrderedDict()
         self._budget = TokenBucket(GUESSES_PER_MINUTE / 60.0, GUESSES_PER_MINUTE)
 
@@ -46,7 +48,7 @@ class GuessThrottle:
         """Return how long an address has to wait before its next code; 0: not at all."""
         now_s, guesses = self._now_s(), self._by_address.get(group_of(address))
         own_s = 0.0 if guesses is None else guesses.open_at_s - now_s
-        shared_s = 0.0 if _is_here(address) else (1.0 - self._budget.left(now_s)) / self._budget.per_s
+        shared_s = 0.0 if self._is_free(address) else (1.0 - self._budget.left(now_s)) / self._budget.per_s
         return max(0.0, own_s, shared_s)
 
     def note_wrong(self, address: str) -> None:
@@ -60,13 +62,17 @@ class GuessThrottle:
         self._by_address[key] = _Guesses(wrong, now_s, now_s + wait_s)
         if len(self._by_address) > ADDRESSES_KEPT:
             self._by_address.popitem(last=False)
-        if not _is_here(address):
+        if not self._is_free(address):
             self._budget.left(now_s)
             self._budget.spend(1.0)
 
     def note_right(self, address: str) -> None:
         """Forget the wrong codes of an address."""
         self._by_address.pop(group_of(address), None)
+
+    def _is_free(self, address: str) -> bool:
+        """Return whether an address has no part in the budget of all."""
+        return _is_here(address) or self._is_known(address)
 
 
 def _is_here(address: str) -> bool:

@@ -1,7 +1,7 @@
-"""Operators, who have signed in with the service's code and may send commands, and observers, who may not.
+"""Sign-ins and sessions: of operators with the service's code, or of everybody with an account.
 
-The code is exchanged once for a cookie, so that only one request contains it. Sessions outlast a restart of the service
-where it has a file for them; another code ends them.
+Code and password are exchanged once for a cookie, so that only one request contains them. Sessions outlast a restart of
+the service where it has a file for them; another code ends them, and so does another password that of its account.
 """
 
 from __future__ import annotations
@@ -10,16 +10,18 @@ import asyncio
 import hmac
 import math
 import secrets
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from contextlib import suppress
-from dataclasses import dataclass
-from enum import StrEnum
 from typing import Final
 
 from starlette.requests import HTTPConnection
 
+from aos_gcs.api.access.account_sessions import AccountSessions
+from aos_gcs.api.access.accounts import Account, AccountFile
 from aos_gcs.api.access.guess_throttle import GuessThrottle, group_of
 from aos_gcs.api.access.operator_file import OperatorFile, digest
+from aos_gcs.api.access.roles import Role
+from aos_gcs.api.access.sessions import Session
 from aos_gcs.errors import AosError
 
 MAX_OPERATORS: Final = 32
@@ -27,6 +29,7 @@ MAX_OPERATORS: Final = 32
 
 MAX_ADDRESSES: Final = 64
 """Largest number of operators' addresses that are remembered."""
+_OF_ACCOUNTS: Final = "accounts"
 _WRITTEN_WITHIN_S: Final = 1.0
 """Time for which a sign-in waits for the disk."""
 
@@ -42,8 +45,22 @@ class ObserverError(AccessDeniedError):
         super().__init__(text)
 
 
+class RoleError(AccessDeniedError):
+    """A request that needs another role than the account has."""
+
+    def __init__(self, role: Role, needed: Role) -> None:
+        super().__init__(f"This needs the role {needed}; you are signed in as {role}. Ask an administrator.")
+
+
+class SignInRequiredError(AccessDeniedError):
+    """A request of somebody who has not signed in, where everybody has an account."""
+
+    def __init__(self) -> None:
+        super().__init__("Sign in with your account first.")
+
+
 class WrongCodeError(AccessDeniedError):
-    """A wrong operator code."""
+    """A wrong operator code, or a wrong password."""
 
 
 class TooManyGuessesError(AccessDeniedError):
@@ -54,45 +71,46 @@ class TooManyGuessesError(AccessDeniedError):
         self.retry_after_s = retry_after_s
 
 
-class Role(StrEnum):
-    """Role of a client."""
-
-    OPERATOR = "operator"
-    OBSERVER = "observer"
-
-
-@dataclass(frozen=True, slots=True)
-class Session:
-    """Role and name of a client."""
-
-    role: Role
-    name: str
-    """Name given at sign-in; empty for observers."""
-
-
 OBSERVER: Final = Session(Role.OBSERVER, "")
+VISITOR: Final = Session(Role.VISITOR, "")
 _UNNAMED_OPERATOR: Final = Session(Role.OPERATOR, "")
 
 
 class Access:
-    """The operators who are signed in.
+    """Those who are signed in.
 
     Args:
         operator_code: code for signing in; None: no sign-in, every client is an operator.
         now_s: clock in real seconds, for the wait after wrong codes.
         file: remembers who is signed in; None: sessions last as long as the service.
+        accounts: accounts of everybody, in the place of the code.
+        anyone_observes: with accounts, those who have not signed in observe.
     """
 
-    def __init__(self, operator_code: str | None, now_s: Callable[[], float], file: OperatorFile | None = None) -> None:
-        self._code = operator_code
-        self._throttle = GuessThrottle(now_s)
+    def __init__(
+        self,
+        operator_code: str | None,
+        now_s: Callable[[], float],
+        file: OperatorFile | None = None,
+        accounts: AccountFile | None = None,
+        *,
+        anyone_observes: bool = False,
+    ) -> None:
+        self._code = operator_code if accounts is None else None
+        self._key = self._code if accounts is None else _OF_ACCOUNTS
+        """What the sessions in the file are valid for."""
         self._file = file
-        known = {} if file is None or operator_code is None else file.sessions(operator_code)
-        self._sessions = {token_digest: Session(Role.OPERATOR, name) for token_digest, name in known.items()}
+        known = {} if file is None or self._key is None else file.sessions(self._key)
+        self.accounts = None if accounts is None else AccountSessions(accounts, known, now_s)
+        self._stranger = VISITOR if accounts is not None and not anyone_observes else OBSERVER
+        self._sessions = (
+            {} if accounts is not None else {key: Session(Role.OPERATOR, name) for key, name in known.items()}
+        )
         """Sessions by the digests of their tokens, which are kept nowhere."""
-        noted = () if file is None or operator_code is None else file.addresses(operator_code)
+        noted = () if file is None or self._key is None else file.addresses(self._key)
         self._addresses = {group_of(address): address for address in noted}
         """Addresses of operators by the group that counts as one, the latest last."""
+        self._throttle = GuessThrottle(now_s, is_known=lambda address: group_of(address) in self._addresses)
 
     @property
     def addresses(self) -> tuple[str, ...]:
@@ -111,7 +129,7 @@ class Access:
     @property
     def is_required(self) -> bool:
         """Whether commands require a sign-in."""
-        return self._code is not None
+        return self._key is not None
 
     def sign_in(self, code: str, name: str, address: str) -> str:
         """Return the token of a new operator's session.
@@ -125,10 +143,7 @@ class Access:
             TooManyGuessesError: too many wrong codes; this one was not compared.
             WrongCodeError: the code is not the service's.
         """
-        wait_s = math.ceil(self._throttle.wait_s(address))
-        if wait_s > 0:
-            remedy = f"Wait {wait_s} s, then sign in with the code that the service printed when it started."
-            raise TooManyGuessesError(f"Too many wrong codes. {remedy}", wait_s)
+        self._check_wait(address, "codes", "sign in with the code that the service printed when it started")
         if self._code is None or not hmac.compare_digest(code.encode(), self._code.encode()):
             self._throttle.note_wrong(address)
             raise WrongCodeError("Wrong operator code. The service printed the code when it started.")
@@ -139,28 +154,75 @@ class Access:
         self._sessions[digest(token)] = Session(Role.OPERATOR, name)
         return token
 
+    async def sign_in_by(self, account: Callable[[], Awaitable[Account | None]], address: str) -> str:
+        """Return the token of a session of the account that a password or an invitation leads to.
+
+        Args:
+            account: returns the account; None where name, password or invitation are wrong.
+            address: source address of the request.
+
+        Raises:
+            TooManyGuessesError: too many wrong passwords; this one was not compared.
+            WrongCodeError: no account was found.
+        """
+        if self.accounts is None:
+            raise WrongCodeError("This service has no accounts. Sign in with the operator code.")
+        self._check_wait(address, "passwords", "sign in again")
+        # Counted before it is compared: comparing takes a while, in which many more could come.
+        self._throttle.note_wrong(address)
+        found = await account()
+        if found is None:
+            raise WrongCodeError("Wrong name or password.")
+        self._throttle.note_right(address)
+        return self.accounts.begin(found)
+
+    def _check_wait(self, address: str, what: str, remedy: str) -> None:
+        wait_s = math.ceil(self._throttle.wait_s(address))
+        if wait_s > 0:
+            raise TooManyGuessesError(f"Too many wrong {what}. Wait {wait_s} s, then {remedy}.", wait_s)
+
     def sign_out(self, token: str | None) -> None:
         """End a session; nothing happens if there is none."""
         self._sessions.pop(digest(token or ""), None)
+        if self.accounts is not None:
+            self.accounts.end(token or "")
 
     async def write_down(self) -> None:
         """Remember who is signed in, and where; a disk that hangs keeps nobody from it."""
-        if self._file is None or self._code is None:
+        if self._file is None or self._key is None:
             return
         names = {token_digest: session.name for token_digest, session in self._sessions.items()}
+        if self.accounts is not None:
+            names = self.accounts.to_keep()
         with suppress(TimeoutError):
             async with asyncio.timeout(_WRITTEN_WITHIN_S):
-                await asyncio.to_thread(self._file.keep, self._code, names, self.addresses)
+                await asyncio.to_thread(self._file.keep, self._key, names, self.addresses)
 
     def session(self, token: str | None) -> Session:
         """Return the session behind a token."""
-        if self._code is None:
+        if self._key is None:
             return _UNNAMED_OPERATOR
+        if self.accounts is not None:
+            return self.accounts.session(token or "") or self._stranger
         return self._sessions.get(digest(token or ""), OBSERVER)
 
     def session_of(self, connection: HTTPConnection) -> Session:
         """Return the session of a request or WebSocket."""
         return self.session(connection.cookies.get(cookie_name(connection)))
+
+    def check(self, session: Session, needed: Role) -> None:
+        """Refuse a request for which a role is not enough.
+
+        Raises:
+            SignInRequiredError: an account is needed.
+            ObserverError: the operator code is needed.
+            RoleError: the account has another role.
+        """
+        if session.role.may(needed):
+            return
+        if self.accounts is None:
+            raise ObserverError()
+        raise SignInRequiredError() if not session.name else RoleError(session.role, needed)
 
 
 def cookie_name(connection: HTTPConnection) -> str:

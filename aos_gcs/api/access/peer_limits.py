@@ -18,7 +18,8 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 
 from aos_gcs.api.access.connection_limits import PEERS_KEPT, Admission, ConnectionLimits
 from aos_gcs.api.access.guess_throttle import group_of
-from aos_gcs.api.access.operators import Access, Role
+from aos_gcs.api.access.operators import Access
+from aos_gcs.api.access.roles import Role
 from aos_gcs.api.access.turns import Turns
 from aos_gcs.api.errors import error_response
 from aos_gcs.token_bucket import TokenBucket
@@ -130,7 +131,7 @@ class PeerLimitMiddleware:
 
     def _is_operator(self, scope: Scope) -> bool:
         try:
-            return self._access.session_of(HTTPConnection(scope)).role is Role.OPERATOR
+            return self._access.session_of(HTTPConnection(scope)).role.may(Role.OPERATOR)
         except ValueError:  # a malformed host
             return False
 

@@ -8,7 +8,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from typing import Final
 
-from aos_gcs.api.access.operators import Role
+from aos_gcs.api.access.roles import Role
 from aos_gcs.errors import AosError
 
 MAX_PER_CLIENT: Final = 2

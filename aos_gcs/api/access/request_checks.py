@@ -7,7 +7,7 @@ Browsers let any web page send requests to ``127.0.0.1`` and open WebSockets to 
 - ``Origin``, which browsers send with every WebSocket and every POST, must be this service. Programs without a browser
   send none and are let through: they are not under a foreign page's control.
 
-A third check refuses requests that change something unless the client has signed in as an operator.
+A third check refuses requests for which the client's role is not enough, by the table of :mod:`.roles`.
 """
 
 from __future__ import annotations
@@ -21,7 +21,8 @@ from starlette.datastructures import Headers
 from starlette.requests import HTTPConnection
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from aos_gcs.api.access.operators import Access, ObserverError, Role
+from aos_gcs.api.access.operators import Access, AccessDeniedError
+from aos_gcs.api.access.roles import READING, needed_role
 from aos_gcs.api.errors import error_response, status_and_id
 
 _CONTENT_SECURITY_POLICY = (
@@ -37,9 +38,6 @@ _HEADERS = [
     (b"referrer-policy", b"no-referrer"),
 ]
 _POLICY_VIOLATION = 1008
-_OPEN_PATHS = frozenset({"/api/session", "/api/plan/check"})
-"""Sign-in and plan checks, which change nothing about the mission."""
-_READING_METHODS = frozenset({"GET", "HEAD"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,7 +107,7 @@ class SameOriginMiddleware:
             await self._app(scope, receive, send)
             return
         is_websocket = scope["type"] == "websocket"
-        check_origin = is_websocket or scope["method"] not in _READING_METHODS
+        check_origin = is_websocket or scope["method"] not in READING
         reason = refusal(Headers(scope=scope), self._allowed_hosts, check_origin=check_origin)
         if reason is None:
             await self._app(scope, receive, send)
@@ -119,8 +117,8 @@ class SameOriginMiddleware:
             await error_response(403, reason.error_id, reason.text)(scope, receive, send)
 
 
-class OperatorsOnlyMiddleware:
-    """Refuses requests of observers that may change something; new routes need no check of their own."""
+class RolesMiddleware:
+    """Refuses requests for which the client's role is not enough; routes need no check of their own."""
 
     def __init__(self, app: ASGIApp, access: Access) -> None:
         self._app = app
@@ -128,15 +126,20 @@ class OperatorsOnlyMiddleware:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Check, then pass on."""
-        changes_nothing = scope["type"] != "http" or scope["method"] in _READING_METHODS
-        if changes_nothing or scope["path"] in _OPEN_PATHS or self._is_operator(scope):
+        if scope["type"] not in {"http", "websocket"}:
             await self._app(scope, receive, send)
             return
-        refused = ObserverError()
-        await error_response(*status_and_id(refused), str(refused))(scope, receive, send)
-
-    def _is_operator(self, scope: Scope) -> bool:
-        return self._access.session_of(HTTPConnection(scope)).role is Role.OPERATOR
+        needed = needed_role(scope.get("method", "GET"), scope["path"])
+        try:
+            self._access.check(self._access.session_of(HTTPConnection(scope)), needed)
+        except AccessDeniedError as refused:
+            status, error_id = status_and_id(refused)
+            if scope["type"] == "websocket":
+                await send({"type": "websocket.close", "code": _POLICY_VIOLATION, "reason": error_id})
+            else:
+                await error_response(status, error_id, str(refused))(scope, receive, send)
+            return
+        await self._app(scope, receive, send)
 
 
 class SecurityHeadersMiddleware:

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from aos_gcs.api.access.operators import Role
+from aos_gcs.api.access.roles import Role
 from aos_gcs.api.models.base import WireModel
 
 
@@ -14,16 +14,18 @@ class SessionModel(WireModel):
     """Role of this client."""
 
     role: Role
-    name: str = Field(description="Name given at sign-in; empty for observers.")
+    name: str = Field(description="Name given at sign-in, or of the account; empty for those who have not signed in.")
     sign_in_required: bool = Field(description="False where every client is an operator.")
+    accounts: bool = Field(description="Whether everybody signs in with an account; else operators with the code.")
 
 
 class SignInRequest(WireModel):
-    """Operator code, and the name of the operator."""
+    """Operator code and the name of the operator, or name and password of an account."""
 
-    code: Annotated[str, Field(max_length=200)]
+    code: Annotated[str, Field(max_length=200)] | None = None
+    password: Annotated[str, Field(max_length=200)] | None = None
     name: Annotated[str, Field(min_length=1, max_length=40, pattern=r"^\S(.*\S)?$")] = Field(
-        description="Name of the operator, for the audit log."
+        description="Name of the operator, for the audit log; or of the account."
     )
 
 

@@ -8,9 +8,9 @@ from typing import Annotated, Final, NoReturn
 from fastapi import APIRouter, Query, WebSocket, WebSocketDisconnect
 from pydantic import ValidationError
 
-from aos_gcs.api.access.operators import ObserverError, Role
+from aos_gcs.api.access.roles import Role
 from aos_gcs.api.convert.mission import action_results
-from aos_gcs.api.dependencies import Hub, commands_of, once_of, session_of
+from aos_gcs.api.dependencies import Hub, access_of, commands_of, once_of, session_of
 from aos_gcs.api.errors import status_and_id
 from aos_gcs.api.events.hub import EventHub
 from aos_gcs.api.events.outbox import Outbox
@@ -29,6 +29,8 @@ SEND_TIMEOUT_S = 10.0
 HOLDS_AT_ONCE: Final = 8
 """Holds of one client in progress; more are not answered."""
 _DONE: Final = 200
+_SIGNED_OUT: Final = 1008
+"""Code of connections whose session has ended, where those who have not signed in see nothing."""
 _GONE: Final = 1006
 """Code of connections that have ended without a word."""
 
@@ -81,8 +83,7 @@ async def _hold(websocket: WebSocket, request_id: str) -> None:
 
 async def _hold_all(websocket: WebSocket, request_id: str) -> ActionResponse:
     session, once = session_of(websocket), once_of(websocket)
-    if session.role is not Role.OPERATOR:
-        raise ObserverError()
+    access_of(websocket).check(session, Role.OPERATOR)
     commands = commands_of(websocket)
     key = session.name, Action.HOLD, None, request_id
     results = await once.run(key, lambda: commands.act(Action.HOLD, None, None, operator=session.name, seen=None))
@@ -91,8 +92,10 @@ async def _hold_all(websocket: WebSocket, request_id: str) -> ActionResponse:
 
 async def _send_events(websocket: WebSocket, hub: EventHub) -> NoReturn:
     with hub.connect() as outbox:
-        while True:
+        while session_of(websocket).role.may(Role.OBSERVER):
             await _send(websocket, await _next_message(outbox))
+    await websocket.close(_SIGNED_OUT)
+    raise WebSocketDisconnect(_SIGNED_OUT)
 
 
 async def _next_message(outbox: Outbox) -> str:

@@ -98,7 +98,15 @@ export const readSession = (): Promise<Answer<Session>> =>
 export const signIn = (code: string, name: string): Promise<Answer<Session>> =>
   request("POST", "/api/session", isSession, { code, name });
 
-/** Sign out: become an observer again. */
+/** Sign in with an account. */
+export const signInByAccount = (name: string, password: string): Promise<Answer<Session>> =>
+  request("POST", "/api/session", isSession, { name, password });
+
+/** Make an account by an invitation, and sign in with it. */
+export const joinByInvitation = (token: string, name: string, password: string): Promise<Answer<Session>> =>
+  request("POST", "/api/session/invitation", isSession, { token, name, password });
+
+/** End the session of this page. */
 export const signOut = (): Promise<Answer<Session>> => request("DELETE", "/api/session", isSession);
 
 /** Read the events after a number, for a page that was disconnected or too slow. */

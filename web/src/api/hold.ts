@@ -5,7 +5,7 @@ import { type ActionAnswer, postAction } from "./client";
 export interface HoldStream {
   /** Send a hold; null while the stream is not open. */
   hold(requestId: string): Promise<ActionAnswer> | null;
-  /** Open the stream anew where it is open: it keeps the role that its client had when it was opened. */
+  /** Open the stream anew: it keeps the role that its client had when it was opened. */
   renew(): void;
 }
 

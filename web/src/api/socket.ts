@@ -64,6 +64,7 @@ export class EventSocket implements HoldStream {
   close(): void {
     clearInterval(this.watch);
     clearTimeout(this.timer);
+    this.timer = undefined;
     this.drop();
   }
 
@@ -77,12 +78,14 @@ export class EventSocket implements HoldStream {
   }
 
   renew(): void {
-    if (this.socket === null) return;
+    if (this.socket === null && this.timer === undefined) return;
+    clearTimeout(this.timer);
     this.drop();
     this.connect();
   }
 
   private connect(): void {
+    this.timer = undefined;
     this.seq = null;
     this.isCatchingUp = false;
     this.mission = null;

@@ -4,6 +4,7 @@ import type { HoldStream } from "../api/hold";
 import { storedNotation, storeNotation } from "../coordinates";
 import { ReplayBar } from "../replay/bar";
 import { isSilent } from "../state/freshness";
+import { may } from "../state/roles";
 import { NO_SELECTION, retain, select, typeDigit } from "../state/selection";
 import type { Store } from "../state/store";
 import { texts } from "../texts";
@@ -39,7 +40,7 @@ export function App({ store, stream }: { store: Store; stream: HoldStream }) {
   const [notation, setNotation] = useState(storedNotation);
   const [units, setUnits] = useState(storedUnits);
   chooseUnits(units);
-  const [isSigningIn, setSigningIn] = useState(access.code !== "");
+  const [isSigningIn, setSigningIn] = useState(access.code !== "" || access.invitation !== "");
   const [areSettingsOpen, setSettingsOpen] = useState(false);
   const [selection, changeSelection] = useState(NO_SELECTION);
   const { mission, connection } = state;
@@ -53,12 +54,12 @@ export function App({ store, stream }: { store: Store; stream: HoldStream }) {
   const fleet = mission?.vehicles.map((vehicle) => vehicle.vehicle_id) ?? [];
   useEffect(() => changeSelection((before) => retain(before, fleet)), [fleet.join()]);
 
-  const isOperator = access.session?.role === "operator";
-  const isReplay = mission !== null && mission.replay !== null;
   // While the role is unknown the page offers commands and the station decides: a hold must not wait for an answer.
+  const role = access.session?.role ?? "operator";
+  const isOperator = access.session !== null && may(role, "operator");
+  const isReplay = mission !== null && mission.replay !== null;
   const isSurvey = state.capabilities.survey;
-  const isActive = access.session?.role !== "observer" && !isReplay;
-  const mayCommand = isActive && !isSurvey;
+  const mayCommand = may(role, "operator") && !isReplay && !isSurvey;
   // Ages in a recording are those of its own time, even while it is paused.
   const snapshotAge_s = isReplay ? 0 : (performance.now() - state.missionAtMs) / 1000;
   const isMissionSilent = connection === "open" && isSilent(mission, snapshotAge_s);
@@ -69,7 +70,7 @@ export function App({ store, stream }: { store: Store; stream: HoldStream }) {
     isConnected: connection === "open",
     isOperator,
     mayCommand,
-    mayJudge: isActive && state.capabilities.findings,
+    mayJudge: may(role, "analyst") && !isReplay && state.capabilities.findings,
     isSurvey,
     theme,
     notation,
@@ -133,7 +134,7 @@ export function App({ store, stream }: { store: Store; stream: HoldStream }) {
           </main>
           {(route.view !== "fly" || !mayCommand) && <Toast commands={commands} />}
           <Question commands={commands} />
-          {isSigningIn && <SignIn access={access} onClose={() => setSigningIn(false)} />}
+          {(isSigningIn || role === "visitor") && <SignIn access={access} onClose={() => setSigningIn(false)} />}
           {areSettingsOpen && (
             <Settings
               access={access}

@@ -3,6 +3,7 @@ import type { ComponentChildren } from "preact";
 import type { Connection } from "../api/socket";
 import type { Mission, Session } from "../api/types";
 import { duration, quantity } from "../format";
+import { may } from "../state/roles";
 import { texts } from "../texts";
 import { HoldAll } from "./hold_all";
 
@@ -34,8 +35,8 @@ export function Header(props: Props) {
       </div>
       <span class={`connection is-${connection}`} data-testid="connection" data-state={connection} role="status">
         {texts.connection[connection]}
-        {session?.role === "operator" && session.name !== "" && (
-          <small data-testid="operator" title={texts.signIn.signedInAs(session.name)}>
+        {session !== null && session.name !== "" && (
+          <small data-testid="operator" title={signedInAs(session)}>
             {session.name}
           </small>
         )}
@@ -44,18 +45,28 @@ export function Header(props: Props) {
         {texts.settings.open}
       </button>
       {mayCommand && <HoldAll testId="hold-all" onHoldAll={onHoldAll} />}
-      {session?.role === "observer" && (
-        <>
-          <span class="badge" data-testid="observer">
-            {texts.header.observer}
-          </span>
-          <button type="button" data-testid="sign-in-open" title={texts.header.observerHint} onClick={onSignIn}>
-            {texts.signIn.open}
-          </button>
-        </>
+      {session !== null && !may(session.role, "operator") && (
+        <span class="badge" data-testid={session.role}>
+          {texts.team.roles[session.role]}
+        </span>
+      )}
+      {session !== null && session.sign_in_required && session.name === "" && (
+        <button
+          type="button"
+          data-testid="sign-in-open"
+          title={session.accounts ? undefined : texts.header.observerHint}
+          onClick={onSignIn}
+        >
+          {texts.signIn.open}
+        </button>
       )}
     </header>
   );
+}
+
+/** Text about who has signed in; roles only where there are several for a name. */
+export function signedInAs({ name, role, accounts }: Session): string {
+  return accounts ? texts.team.account.signedInAs(name, texts.team.roles[role]) : texts.signIn.signedInAs(name);
 }
 
 function Facts({ mission, isSurvey }: { mission: Mission; isSurvey: boolean }) {

@@ -5,6 +5,8 @@ import { type Theme, THEMES } from "../theme";
 import { type Units, UNITS } from "../units";
 import { Choice, type ChoiceProps } from "../ui/choice";
 import { Dialog } from "../ui/dialog";
+import { Accounts } from "./accounts";
+import { signedInAs } from "./header";
 import type { Access } from "./use_session";
 import { type Voice, VOICES } from "./voice";
 
@@ -59,12 +61,13 @@ export function Settings({ access, isSurvey, theme, onTheme, voice, onVoice, ...
         labels={settings.unitNames}
         onChoose={onUnits}
       />
+      {access.session?.accounts && access.session.role === "administrator" && <Accounts />}
       <h3>{texts.keys.title}</h3>
       <KeyList isSurvey={isSurvey} />
       <div class="dialog-buttons">
-        {access.session?.role === "operator" && access.session.sign_in_required && (
+        {access.session !== null && access.session.sign_in_required && access.session.name !== "" && (
           <button type="button" data-testid="sign-out" onClick={() => void access.signOut()}>
-            {texts.signIn.signOut} ({texts.signIn.signedInAs(access.session.name)})
+            {texts.signIn.signOut} ({signedInAs(access.session)})
           </button>
         )}
         <button type="button" data-testid="settings-close" onClick={onClose}>

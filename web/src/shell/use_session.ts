@@ -1,12 +1,13 @@
-/** Hook for the role of this screen: an operator, who has signed in with the code of the station, or an observer. */
+/** Hook for the role of this screen: by the operator code of the station, or by an account. */
 import { useEffect, useRef, useState } from "preact/hooks";
-import { readSession, signIn, signOut } from "../api/client";
+import { type Answer, joinByInvitation, readSession, signIn, signInByAccount, signOut } from "../api/client";
 import { untilAnswered } from "../api/persistence";
 import type { Connection } from "../api/socket";
 import type { Session } from "../api/types";
 
 const NAME_KEY = "aos-gcs-operator";
 const CODE_PREFIX = "#code=";
+const INVITATION_PREFIX = "#invite=";
 
 export interface Access {
   /** Null until the station has sent it. */
@@ -15,28 +16,34 @@ export interface Access {
   readonly isExpired: boolean;
   /** Code from the address that the station has printed for operators; empty without it. */
   readonly code: string;
+  /** Invitation from the address that was sent to a person; empty without it. */
+  readonly invitation: string;
   /** Name that was used last on this screen. */
   readonly lastName: string;
   /** Resolves to the reason of a refusal, or null. */
   signIn(code: string, name: string): Promise<string | null>;
+  signInByAccount(name: string, password: string): Promise<string | null>;
+  /** Make an account by the invitation, and sign in with it. */
+  join(name: string, password: string): Promise<string | null>;
   signOut(): Promise<void>;
   /** Read the role again, until the station answers. */
   refresh(): void;
 }
 
-/** Take the operator code out of the address, so that neither the address bar nor the history keeps it. */
-function takeCode(): string {
-  if (!location.hash.startsWith(CODE_PREFIX)) return "";
-  const code = decodeURIComponent(location.hash.slice(CODE_PREFIX.length));
+/** Take a secret out of the address, so that neither the address bar nor the history keeps it. */
+function takeSecret(prefix: string): string {
+  if (!location.hash.startsWith(prefix)) return "";
+  const secret = decodeURIComponent(location.hash.slice(prefix.length));
   history.replaceState(null, "", location.pathname);
-  return code;
+  return secret;
 }
 
 /** The role of this screen; `onChange` is called after each sign-in and sign-out. */
 export function useSession(connection: Connection, onChange: () => void): Access {
   const [session, setSession] = useState<Session | null>(null);
   const [isExpired, setExpired] = useState(false);
-  const [code, setCode] = useState(takeCode);
+  const [code, setCode] = useState(() => takeSecret(CODE_PREFIX));
+  const [invitation, setInvitation] = useState(() => takeSecret(INVITATION_PREFIX));
   // A newer reading, a sign-in or a sign-out makes the answers of earlier readings worthless.
   const readings = useRef(0);
   const supersede = (): number => (readings.current += 1);
@@ -44,30 +51,41 @@ export function useSession(connection: Connection, onChange: () => void): Access
     const own = supersede();
     void untilAnswered(readSession, () => readings.current === own).then((found) => {
       if (found === null) return;
-      if (session?.role === "operator") setExpired(found.role === "observer");
+      if (session !== null && session.name !== "") setExpired(found.name === "");
       setSession(found);
     });
   };
   // A restarted station may have forgotten its operators.
   useEffect(() => {
-    if (connection === "open") refresh();
+    // The station refuses the stream to those who have to sign in first: that looks like a lost connection.
+    if (connection === "open" || connection === "lost") refresh();
     return () => void supersede();
   }, [connection]);
+  const take = (answer: Answer<Session>, name: string): string | null => {
+    if (!answer.ok) return answer.message;
+    supersede();
+    localStorage.setItem(NAME_KEY, name);
+    setCode("");
+    setInvitation("");
+    setExpired(false);
+    setSession(answer.value);
+    onChange();
+    return null;
+  };
   return {
     session,
     isExpired,
     code,
+    invitation,
     lastName: localStorage.getItem(NAME_KEY) ?? "",
     async signIn(given, name) {
-      const answer = await signIn(given, name);
-      if (!answer.ok) return answer.message;
-      supersede();
-      localStorage.setItem(NAME_KEY, name);
-      setCode("");
-      setExpired(false);
-      setSession(answer.value);
-      onChange();
-      return null;
+      return take(await signIn(given, name), name);
+    },
+    async signInByAccount(name, password) {
+      return take(await signInByAccount(name, password), name);
+    },
+    async join(name, password) {
+      return take(await joinByInvitation(invitation, name, password), name);
     },
     async signOut() {
       const answer = await signOut();
