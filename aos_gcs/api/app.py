@@ -18,6 +18,7 @@ from aos_gcs.api.access.peer_limits import PeerLimitMiddleware, PeerLimits
 from aos_gcs.api.access.plan_check_turns import PlanChecks
 from aos_gcs.api.access.request_checks import RolesMiddleware, SameOriginMiddleware, SecurityHeadersMiddleware
 from aos_gcs.api.access.sign_in_log import SignInLog
+from aos_gcs.api.control_desk import ControlDesk
 from aos_gcs.api.errors import add_error_handlers
 from aos_gcs.api.events.hub import EventHub, Upstream, loop_time_s
 from aos_gcs.api.models.service import CapabilitiesModel
@@ -116,6 +117,9 @@ def create_app(
     app.state.hub = EventHub(mission, replay, capabilities, now_s, upstream)
     app.state.access = Access(operator_code, now_s, operator_file, accounts, anyone_observes=anyone_observes)
     app.state.desk = _desk(app.state.access)
+    app.state.control = None if commands is None else ControlDesk(app.state.access, app.state.hub, commands)
+    if commands is not None and app.state.access.is_required:
+        app.state.hub.show_control(app.state.access.control)
     app.state.limits = PeerLimits(now_s, app.state.access.addresses)
     app.state.once = Once()
     app.add_middleware(BodyLimitMiddleware, streaming_paths=[IMPORT_PATH])

@@ -12,6 +12,7 @@ from aos_gcs.api.access.desk import AccountDesk
 from aos_gcs.api.access.operators import Access
 from aos_gcs.api.access.plan_check_turns import PlanChecks
 from aos_gcs.api.access.sessions import Session
+from aos_gcs.api.control_desk import ControlDesk
 from aos_gcs.api.convert.seen import parse_seen
 from aos_gcs.api.errors import NotFoundError, SeenMissingError
 from aos_gcs.api.events.hub import EventHub
@@ -78,6 +79,21 @@ def session_of(connection: HTTPConnection) -> Session:
 
 async def _get_session(connection: HTTPConnection) -> Session:
     return session_of(connection)  # in the loop, whose clock it needs, and not in a thread
+
+
+def control_of(connection: HTTPConnection) -> ControlDesk:
+    """Return what changes who has control.
+
+    Raises:
+        MissionError: nothing can be commanded.
+    """
+    commands_of(connection)
+    return cast("ControlDesk", connection.app.state.control)
+
+
+async def _claim(connection: HTTPConnection) -> None:
+    """Refuse a command while another operator has control."""
+    await control_of(connection).claim(session_of(connection))
 
 
 def _get_seen(x_seen: Annotated[str | None, Header(description=_SEEN)] = None) -> Seen | None:
@@ -194,6 +210,8 @@ Viewer = Annotated[ViewControl, Depends(_get_viewer)]
 Handovers = Annotated[HandoverControl, Depends(_get_handovers)]
 Checks = Annotated[PlanChecks, Depends(_get_plan_checks)]
 Plans = Annotated[PlanFolder, Depends(_get_plans)]
+ControlOfSwarm = Annotated[ControlDesk, Depends(control_of)]
+IN_CONTROL = Depends(_claim)
 Desk = Annotated[AccountDesk, Depends(_get_desk)]
 DeskIfAny = Annotated[AccountDesk | None, Depends(_get_desk_if_any)]
 OperatorAccess = Annotated[Access, Depends(access_of)]

@@ -10,6 +10,7 @@ from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException
 
 from aos_gcs.api.access.accounts import AccountError, InvitationError
+from aos_gcs.api.access.control import NotInControlError
 from aos_gcs.api.access.operators import (
     AccessDeniedError,
     RoleError,
@@ -52,6 +53,7 @@ _STATUS_AND_ID: dict[type[AosError], tuple[int, str]] = {
     SeenMissingError: (HTTPStatus.PRECONDITION_REQUIRED, "seen_required"),
     OutdatedError: (HTTPStatus.CONFLICT, "out_of_date"),
     MissionError: (HTTPStatus.CONFLICT, "action_not_allowed"),
+    NotInControlError: (HTTPStatus.CONFLICT, "not_in_control"),
     TooManyChecksError: (HTTPStatus.TOO_MANY_REQUESTS, "too_many_checks"),
     PlanChangedError: (HTTPStatus.CONFLICT, "plan_changed"),
     ViewerBusyError: (HTTPStatus.SERVICE_UNAVAILABLE, "busy"),

@@ -18,6 +18,7 @@ from aos_gcs.api.models.messages import SERVER_MESSAGE
 from aos_gcs.api.routers import (
     accounts,
     basemap,
+    control,
     events,
     findings,
     ground,
@@ -44,6 +45,7 @@ def add_routes(app: FastAPI) -> None:
     for group in (
         session,
         accounts,
+        control,
         mission,
         operation,
         plans,

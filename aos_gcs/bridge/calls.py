@@ -90,6 +90,9 @@ class MissionCalls:
     async def _acknowledge(self, notice_ids: tuple[int, ...], operator: str) -> None:
         await self._commands.acknowledge(notice_ids, operator=operator)
 
+    async def _announce(self, text: str, operator: str) -> None:
+        await self._commands.announce(text, operator=operator)
+
     async def _add_finding(self, position_enu_m: EnuPoint, comment: str, operator: str) -> object:
         return await self._commands.add_finding(position_enu_m, comment, operator=operator)
 

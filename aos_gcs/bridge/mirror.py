@@ -128,6 +128,10 @@ class MissionMirror:
         """Acknowledge notices on behalf of all operators; see ``MissionCommands.acknowledge``."""
         await self._call("acknowledge", tuple(notice_ids), operator)
 
+    async def announce(self, text: str, *, operator: str = "") -> None:
+        """Put on record what operators have settled among themselves; see ``MissionCommands.announce``."""
+        await self._call("announce", text, operator)
+
     async def add_finding(self, position_enu_m: EnuPoint, comment: str, *, operator: str = "") -> Finding:
         """Mark a place by hand; see ``MissionCommands.add_finding``."""
         return cast("Finding", await self._call("add_finding", position_enu_m, comment, operator))

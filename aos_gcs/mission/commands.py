@@ -74,6 +74,10 @@ class LiveCommands:
         if self._view.acknowledgements.add(notice_ids, operator, utc_s, journal.notice_count):
             self._view.publish()
 
+    async def announce(self, text: str, *, operator: str = "") -> None:
+        """Put on record what operators have settled among themselves; see ``MissionCommands.announce``."""
+        self._context.journal.operator_notice(operator, text)
+
     async def add_finding(self, position_enu_m: EnuPoint, comment: str, *, operator: str = "") -> Finding:
         """Mark a place by hand; see ``MissionCommands.add_finding``."""
         now_s, step = self._context.journal.elapsed_s(), self._flow.sortie.search.step

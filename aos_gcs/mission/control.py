@@ -105,6 +105,10 @@ class MissionCommands(FindingCommands, Protocol):
         """
         ...
 
+    async def announce(self, text: str, *, operator: str = "") -> None:
+        """Put on record what operators have settled among themselves, such as who has control."""
+        ...
+
     @property
     def settings(self) -> MissionSettings:
         """Settings that the mission flies by at present."""

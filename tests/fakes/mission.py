@@ -56,6 +56,7 @@ class ScriptedMission:
     def __init__(self, clock: Clock, vehicles: int = 8, terrain: TerrainSettings | None = None) -> None:
         self.stream = EventStream(clock)
         self.actions: list[tuple[Action, tuple[int, ...] | None]] = []
+        self.announced: list[tuple[str, str]] = []
         self.overrides: dict[tuple[int, str], CheckOverride] = {}
         self.mission_id = "scripted-1"
         self.findings = Findings()
@@ -201,6 +202,10 @@ class ScriptedMission:
     async def acknowledge(self, notice_ids: Sequence[int], *, operator: str = "") -> None:
         """Take note of notices."""
         self.acknowledgements.add(notice_ids, operator, self._clock.utc_s(), self._notices)
+
+    async def announce(self, text: str, *, operator: str = "") -> None:
+        """Put on record what operators have settled."""
+        self.announced.append((operator, text))
 
     @property
     def settings(self) -> MissionSettings:

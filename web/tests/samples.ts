@@ -75,6 +75,7 @@ export function mission(changes: Partial<Mission> = {}): Mission {
     command_count: 0,
     min_separation_m: null,
     focus: { height_m: 0, source: "configured", sigma_m: null },
+    control: null,
     replay: null,
     allowed_actions: ["pause", "hold", "return", "land", "abort"],
     ...changes,

@@ -28,6 +28,8 @@ class _Content(BaseModel):
     """Names of the operators by the digests of their tokens, in the order of their sign-in."""
     addresses: list[str] = []
     """Addresses that operators have sent requests from, the latest last."""
+    control: str | None = None
+    """Operator who has control."""
 
 
 class OperatorFile:
@@ -57,11 +59,21 @@ class OperatorFile:
         """Return the addresses that operators by this code have sent requests from, the latest last."""
         return tuple(self._content.addresses) if self._content.valid_for == digest(code) else ()
 
-    def keep(self, code: str, sessions: Mapping[str, str], addresses: Sequence[str]) -> None:
-        """Write down who is signed in, and where."""
+    def control(self, code: str) -> str | None:
+        """Return who of the operators by this code has control."""
+        return self._content.control if self._content.valid_for == digest(code) else None
+
+    def keep(
+        self, code: str, sessions: Mapping[str, str], addresses: Sequence[str], control: str | None = None
+    ) -> None:
+        """Write down who is signed in, and where, and who has control."""
         with self._lock:
             self._content = _Content(
-                code=self._content.code, valid_for=digest(code), sessions=dict(sessions), addresses=list(addresses)
+                code=self._content.code,
+                valid_for=digest(code),
+                sessions=dict(sessions),
+                addresses=list(addresses),
+                control=control,
             )
             self._write()
 

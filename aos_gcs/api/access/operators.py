@@ -18,6 +18,7 @@ from starlette.requests import HTTPConnection
 
 from aos_gcs.api.access.account_sessions import AccountSessions
 from aos_gcs.api.access.accounts import Account, AccountFile
+from aos_gcs.api.access.control import Control
 from aos_gcs.api.access.guess_throttle import GuessThrottle, group_of
 from aos_gcs.api.access.operator_file import OperatorFile, digest
 from aos_gcs.api.access.roles import Role
@@ -48,15 +49,12 @@ class ObserverError(AccessDeniedError):
 class RoleError(AccessDeniedError):
     """A request that needs another role than the account has."""
 
-    def __init__(self, role: Role, needed: Role) -> None:
-        super().__init__(f"This needs the role {needed}; you are signed in as {role}. Ask an administrator.")
-
 
 class SignInRequiredError(AccessDeniedError):
     """A request of somebody who has not signed in, where everybody has an account."""
 
-    def __init__(self) -> None:
-        super().__init__("Sign in with your account first.")
+    def __init__(self, text: str = "Sign in with your account first.") -> None:
+        super().__init__(text)
 
 
 class WrongCodeError(AccessDeniedError):
@@ -110,6 +108,8 @@ class Access:
         noted = () if file is None or self._key is None else file.addresses(self._key)
         self._addresses = {group_of(address): address for address in noted}
         """Addresses of operators by the group that counts as one, the latest last."""
+        holder = None if file is None or self._key is None else file.control(self._key)
+        self.control = Control(now_s, holder)
         self._throttle = GuessThrottle(now_s, is_known=lambda address: group_of(address) in self._addresses)
 
     @property
@@ -196,7 +196,7 @@ class Access:
             names = self.accounts.to_keep()
         with suppress(TimeoutError):
             async with asyncio.timeout(_WRITTEN_WITHIN_S):
-                await asyncio.to_thread(self._file.keep, self._key, names, self.addresses)
+                await asyncio.to_thread(self._file.keep, self._key, names, self.addresses, self.control.holder)
 
     def session(self, token: str | None) -> Session:
         """Return the session behind a token."""
@@ -222,7 +222,9 @@ class Access:
             return
         if self.accounts is None:
             raise ObserverError()
-        raise SignInRequiredError() if not session.name else RoleError(session.role, needed)
+        if not session.name:
+            raise SignInRequiredError()
+        raise RoleError(f"This needs the role {needed}; you are signed in as {session.role}. Ask an administrator.")
 
 
 def cookie_name(connection: HTTPConnection) -> str:

@@ -16,6 +16,7 @@ from aos_gcs.api.convert.reuse import Reused, ReusedItems
 from aos_gcs.api.convert.sharing import channel
 from aos_gcs.api.convert.vehicles import VehicleConverter
 from aos_gcs.api.models.base import ScanLegModel, VertexModel
+from aos_gcs.api.models.control import ControlModel
 from aos_gcs.api.models.mission import (
     ActionResponse,
     ActionResultModel,
@@ -60,12 +61,18 @@ class MissionConverter:
         self._legs = ReusedItems(self._leg)
 
     def convert(
-        self, snapshot: MissionSnapshot, replay: ReplayState | None = None, *, is_survey: bool = False
+        self,
+        snapshot: MissionSnapshot,
+        replay: ReplayState | None = None,
+        control: ControlModel | None = None,
+        *,
+        is_survey: bool = False,
     ) -> MissionModel:
         """Convert a snapshot; in a replay and in a survey there is nothing to command."""
         origin = self.origin
         return MissionModel(
             mission_id=snapshot.mission_id,
+            control=control,
             strategy=snapshot.strategy,
             phase=snapshot.phase,
             suspension=snapshot.suspension,

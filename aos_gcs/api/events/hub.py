@@ -8,6 +8,8 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Protocol
 
+from aos_gcs.api.access.control import Control
+from aos_gcs.api.convert.control import control
 from aos_gcs.api.convert.mission import MissionConverter
 from aos_gcs.api.convert.notices import notice as notice_model
 from aos_gcs.api.convert.seen import seen_text
@@ -102,8 +104,18 @@ class EventHub:
         self._known_origin: GeodeticPosition | None = None
         self._greeting: tuple[float, int, int, str] | None = None
         """Time, revision of the state, number of the latest event and text of the latest greeting."""
+        self._control: Control | None = None
         self._shown: MissionSnapshot | None = None
         """The snapshot that clients were shown last."""
+
+    def show_control(self, control: Control) -> None:
+        """Show from now on who has control."""
+        self._control = control
+
+    def refresh(self) -> None:
+        """Show changes beside the mission now, and not with its next state."""
+        if self._outboxes:
+            self._take_state(self.mission(), self._state.utc_s)
 
     async def run(self) -> None:
         """Distribute events until cancelled."""
@@ -237,7 +249,8 @@ class EventHub:
         if self._converter.origin != snapshot.origin:
             self._converter = MissionConverter(snapshot.origin)
         replay = self._replay.replay() if self._replay else None
-        return self._converter.convert(snapshot, replay, is_survey=self._capabilities.survey)
+        shown = None if self._control is None else control(self._control.state())
+        return self._converter.convert(snapshot, replay, shown, is_survey=self._capabilities.survey)
 
     def _step(self, record: StepRecord) -> StepModel:
         """Convert a step, once: doing it for a whole mission when a client connects would block the loop."""

@@ -61,6 +61,11 @@ class MissionState:
         self._utc_s = 0.0
         self.revision = 0
 
+    @property
+    def utc_s(self) -> float:
+        """Time of the latest state."""
+        return self._utc_s
+
     def update(self, mission: MissionModel, utc_s: float) -> bool:
         """Take in the state of the mission; return whether anything has changed."""
         fields = {name: value for name, value in vars(mission).items() if name not in {"vehicles", "preflight"}}

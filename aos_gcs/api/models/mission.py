@@ -7,6 +7,7 @@ from typing import Annotated
 from pydantic import Field
 
 from aos_gcs.api.models.base import GeodeticModel, ScanLegModel, VertexModel, WireModel
+from aos_gcs.api.models.control import ControlModel
 from aos_gcs.api.models.findings import FindingModel, TargetModel
 from aos_gcs.api.models.notices import AcknowledgementModel
 from aos_gcs.api.models.preflight import PreflightCheckModel
@@ -85,6 +86,9 @@ class MissionModel(WireModel):
     )
     command_count: int = Field(description="Number of the latest operator's command that was carried out.")
     sharing: list[ChannelModel] = Field(description="Systems that data is shared with live; empty without any.")
+    control: ControlModel | None = Field(
+        description="Who of several operators commands; null where nobody signs in or nothing can be commanded."
+    )
     replay: ReplayModel | None = Field(description="Replay that is shown; null for a live mission.")
     allowed_actions: list[Action] = Field(description="Actions worth offering now; a request can still be refused.")
 

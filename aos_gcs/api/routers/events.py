@@ -45,12 +45,19 @@ async def read_missed_events(after: Annotated[int, Query(ge=0)], hub: Hub) -> Mi
 async def follow_events(websocket: WebSocket, hub: Hub) -> None:
     """Send ``hello``, then events and changes, until the client leaves or the service ends; carry out its holds."""
     await websocket.accept()
+    session, control = session_of(websocket), access_of(websocket).control
+    is_operator = session.name != "" and session.role.may(Role.OPERATOR)
+    if is_operator:
+        control.begin_following(session.name)
     try:
         async with asyncio.TaskGroup() as group:
             group.create_task(_send_events(websocket, hub))
             await _receive_holds(websocket, group)
     except* (WebSocketDisconnect, TimeoutError):
         pass  # both end a connection normally
+    finally:
+        if is_operator:
+            control.end_following(session.name)
 
 
 async def _receive_holds(websocket: WebSocket, group: asyncio.TaskGroup) -> NoReturn:

@@ -10,7 +10,9 @@ from fastapi import APIRouter, Header, Response
 from aos_gcs.api.convert.mission import action_results
 from aos_gcs.api.convert.preflight import preflight_check
 from aos_gcs.api.dependencies import (
+    IN_CONTROL,
     Commands,
+    ControlOfSwarm,
     CurrentSession,
     Hub,
     Mission,
@@ -82,6 +84,7 @@ async def act(
     session: CurrentSession,
     *,
     once: OnceOnly,
+    desk: ControlOfSwarm,
     seen: SeenStateIfAny,
     hub: Hub,
     response: Response,
@@ -91,6 +94,7 @@ async def act(
     All but hold require the header X-Seen, and are refused when that state is out of date.
     """
     if request.action is not Action.HOLD:
+        await desk.claim(session)
         seen = require_seen(seen)
     vehicle_ids = tuple(dict.fromkeys(request.vehicle_ids)) if request.vehicle_ids is not None else None
     key = None if request.request_id is None else (session.name, request.action, vehicle_ids, request.request_id)
@@ -102,7 +106,7 @@ async def act(
     return action_results(request.action, results)
 
 
-@router.post("/preflight/override", responses=_REFUSED)
+@router.post("/preflight/override", responses=_REFUSED, dependencies=[IN_CONTROL])
 async def override(
     request: OverrideRequest, commands: Commands, session: CurrentSession, seen: SeenState
 ) -> PreflightCheckModel:

@@ -11,7 +11,7 @@ from fastapi import APIRouter, Depends, Path, Query, Request
 
 from aos_gcs.api.access.operators import cookie_name
 from aos_gcs.api.convert import plans as plan_convert
-from aos_gcs.api.dependencies import Checks, Commands, CurrentSession, Mission, Plans, SeenState
+from aos_gcs.api.dependencies import IN_CONTROL, Checks, Commands, CurrentSession, Mission, Plans, SeenState
 from aos_gcs.api.errors import NotFoundError, TooLargeError
 from aos_gcs.api.models.base import ErrorModel
 from aos_gcs.api.models.plans import ImportedShapeModel, PlanModel, PlanReportModel, SavedPlanModel, StrategyModel
@@ -73,7 +73,11 @@ async def check(body: PlanModel, mission: Mission, commands: Commands) -> PlanRe
     return await asyncio.to_thread(_report, plan, commands.settings, homes_enu_m, origin)
 
 
-@router.post("/api/plan/apply", responses=_REFUSED | {status: {"model": ErrorModel} for status in (409, 428)})
+@router.post(
+    "/api/plan/apply",
+    responses=_REFUSED | {status: {"model": ErrorModel} for status in (409, 428)},
+    dependencies=[IN_CONTROL],
+)
 async def apply(
     body: PlanModel, mission: Mission, commands: Commands, session: CurrentSession, seen: SeenState
 ) -> PlanModel:

@@ -124,6 +124,86 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/control/answer": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Answer Request
+     * @description Give control to an operator who asks for it, or refuse.
+     */
+    post: operations["answer_request_api_control_answer_post"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/control/release": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Release Control
+     * @description Give control up; the first operator who commands has it then.
+     */
+    post: operations["release_control_api_control_release_post"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/control/request": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Ask For Control
+     * @description Ask for control; whoever has it answers, within a minute.
+     */
+    post: operations["ask_for_control_api_control_request_post"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/control/take": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Take Control
+     * @description Take control over, with a reason for the audit log.
+     */
+    post: operations["take_control_api_control_take_post"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
   "/api/events": {
     parameters: {
       query?: never;
@@ -1195,6 +1275,42 @@ export interface components {
       lines: components["schemas"]["ContourModel"][];
     };
     /**
+     * ControlAnswer
+     * @description Answer to an operator who asks for control.
+     */
+    ControlAnswer: {
+      /** Granted */
+      granted: boolean;
+      /** Operator */
+      operator: string;
+    };
+    /**
+     * ControlModel
+     * @description Operators, and who of them has control: commands of the others are refused, except for holds.
+     */
+    ControlModel: {
+      /**
+       * Holder
+       * @description Null while nobody has commanded: the first who does has control.
+       */
+      holder: string | null;
+      /**
+       * Holder Present
+       * @description Whether a page of theirs is connected, or was a moment ago.
+       */
+      holder_present: boolean;
+      /**
+       * Operators
+       * @description Operators who are present.
+       */
+      operators: string[];
+      /**
+       * Requests
+       * @description Operators who ask for control, the first first.
+       */
+      requests: string[];
+    };
+    /**
      * DetectionModel
      * @description Mean probability, per cent, that a person of each posture in the search area would have been marked by now.
      */
@@ -1708,6 +1824,8 @@ export interface components {
        * @description Number of the latest operator's command that was carried out.
        */
       command_count: number;
+      /** @description Who of several operators commands; null where nobody signs in or nothing can be commanded. */
+      control: components["schemas"]["ControlModel"] | null;
       /**
        * Covered Percent
        * @description Share of the search area that has been in a frame at least once.
@@ -2723,6 +2841,18 @@ export interface components {
      */
     Suspension: "none" | "paused" | "held";
     /**
+     * TakeControlRequest
+     * @description Taking control over.
+     */
+    TakeControlRequest: {
+      /**
+       * Reason
+       * @description For the audit log; needed while the one who has control is present.
+       * @default
+       */
+      reason: string;
+    };
+    /**
      * TargetModel
      * @description Estimated position of a target.
      */
@@ -3395,6 +3525,202 @@ export interface operations {
         };
         content: {
           "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  answer_request_api_control_answer_post: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["ControlAnswer"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ControlModel"];
+        };
+      };
+      /** @description Forbidden */
+      403: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Conflict */
+      409: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Unprocessable Entity */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+    };
+  };
+  release_control_api_control_release_post: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ControlModel"];
+        };
+      };
+      /** @description Forbidden */
+      403: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Conflict */
+      409: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Unprocessable Entity */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+    };
+  };
+  ask_for_control_api_control_request_post: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ControlModel"];
+        };
+      };
+      /** @description Forbidden */
+      403: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Conflict */
+      409: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Unprocessable Entity */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+    };
+  };
+  take_control_api_control_take_post: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["TakeControlRequest"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ControlModel"];
+        };
+      };
+      /** @description Forbidden */
+      403: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Conflict */
+      409: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Unprocessable Entity */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
         };
       };
     };

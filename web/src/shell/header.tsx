@@ -5,6 +5,8 @@ import type { Mission, Session } from "../api/types";
 import { duration, quantity } from "../format";
 import { may } from "../state/roles";
 import { texts } from "../texts";
+import "./accounts.css";
+import { ControlButton } from "./control";
 import { HoldAll } from "./hold_all";
 
 interface Props {
@@ -41,6 +43,9 @@ export function Header(props: Props) {
           </small>
         )}
       </span>
+      {session !== null && may(session.role, "operator") && (
+        <ControlButton control={mission?.control ?? null} own={session.name} />
+      )}
       <button type="button" data-testid="settings-open" onClick={onSettings}>
         {texts.settings.open}
       </button>

@@ -39,3 +39,22 @@ export const accounts = {
   signIns: "Latest sign-ins",
   loading: "Loading accounts …",
 } as const;
+
+export const control = {
+  title: "Control",
+  mine: "You have control",
+  others: (name: string) => `${name} has control`,
+  gone: (name: string) => `${name} had control and is not connected`,
+  free: "Nobody has control",
+  asks: (name: string) => `${name} asks for control`,
+  hint: "One operator commands. Hold is possible for every operator at any time.",
+  ask: "Ask for control",
+  asked: "Asked. Wait for the answer, or take control over.",
+  take: "Take control",
+  takeOver: "Take control over",
+  reason: "Reason, for the audit log",
+  give: (name: string) => `Give control to ${name}`,
+  refuse: "Refuse",
+  release: "Give control up",
+  close: "Close",
+} as const;
