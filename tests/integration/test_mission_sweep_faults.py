@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import ParamSpec, TypeVar
 
@@ -11,12 +11,13 @@ import numpy as np
 import pytest
 
 from aos_gcs.airspace.stopping import DECELERATION_MPS2
+from aos_gcs.airspace.waypoints import WaypointRecord
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.search.exposing import BLIND_S
 from aos_gcs.mission.search.sweep import LEFT_BEHIND_M
-from aos_gcs.mission.search.sweeping import ANALYSIS_S
+from aos_gcs.mission.search.sweeping import ANALYSIS_S, _Flight
 from aos_gcs.planning.settings import FlightSettings, SearchMode, SearchSettings
 from aos_gcs.ports import Command, Goto, Hold
 from aos_gcs.ports.worker import ThreadWorker
@@ -153,6 +154,31 @@ async def test_one_that_is_paused_alone_stops_and_the_others_sweep_on() -> None:
         await flight.commands.act(Action.RESUME, (3,))
         assert flight.task(3) is Task.SWARM
         assert await run is Outcome.NOT_FOUND
+
+
+@virtual
+async def test_a_hold_that_comes_with_new_waypoints_of_the_sweep_is_the_last_command(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    flight, holds = sweep_flight(), list[asyncio.Task[object]]()
+    send = _Flight.send
+
+    def send_after_hold(sending: _Flight, waypoints: Sequence[WaypointRecord]) -> None:
+        """Have an operator hold all in the very moment in which everybody is sent on."""
+        if is_in_the_middle(flight) and not holds:
+            holds.append(asyncio.create_task(flight.commands.act(Action.HOLD, None)))
+            sending._unconfirmed |= {1, 2, 3}
+        send(sending, waypoints)
+
+    monkeypatch.setattr(_Flight, "send", send_after_hold)
+    async with flying(flight) as run:
+        await flight.until(lambda: bool(holds))
+        await flight.clock.sleep(3.0)
+        assert [commands(flight, number)[-1] for number in (1, 2, 3)] == [Hold] * 3
+        assert [commands(flight, number)[-2] for number in (1, 2, 3)] == [Goto] * 3
+        assert not any(vehicle.is_moving() for vehicle in flight.fleet.members.values())
+        await flight.commands.act(Action.RETURN, None)
+        await run
 
 
 @virtual

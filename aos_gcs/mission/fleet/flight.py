@@ -20,7 +20,14 @@ from aos_gcs.airspace.vetting import vet_waypoints
 from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict
 from aos_gcs.errors import CommandError, CommandRefusedError
 from aos_gcs.mission.fleet.accuracies import accuracy_in_layers
-from aos_gcs.mission.fleet.motion import destination_enu_m, hovers_at_waypoint, is_under_way, speed_mps
+from aos_gcs.mission.fleet.motion import (
+    destination_enu_m,
+    hovers_at_waypoint,
+    is_ours,
+    is_under_way,
+    speed_mps,
+    why_left,
+)
 from aos_gcs.mission.fleet.roster import Member, Roster
 from aos_gcs.mission.handler_watch import sign_of_life
 from aos_gcs.mission.journal import Journal
@@ -134,13 +141,13 @@ class FlightControl:
         movable = tuple(
             self._request(member, position_enu_m, position_enu_m, returning=returning)
             for member in members
-            if _is_ours(member, tasks) and (position_enu_m := self._roster.position_enu_m(member)) is not None
+            if is_ours(member, tasks) and (position_enu_m := self._roster.position_enu_m(member)) is not None
         )
         return TrafficSituation(
             limits=self._limits,
             arrival_radius_m=self._settings.arrival_radius_m,
             movable=movable,
-            left={member.vehicle_id: _why_left(member) for member in members if not _is_ours(member, tasks)},
+            left={member.vehicle_id: why_left(member) for member in members if not is_ours(member, tasks)},
             obstacles=tuple(self._obstacles({request.vehicle_id for request in movable})),
         )
 
@@ -292,39 +299,38 @@ class FlightControl:
         per_s = member.battery.per_s
         return None if per_s is None else per_s / self._settings.cruise_speed_mps
 
+    def orders(self, records: Sequence[WaypointRecord], tasks: frozenset[Task] = _SWARM) -> dict[int, Command]:
+        """Return the commands that vetted waypoints lead to, by vehicle, and note the waypoints as sent.
+
+        A vehicle that safety has held is told to hold where it still flies to an earlier waypoint, which may be far.
+        None is for a vehicle that has got a task outside of ``tasks`` since it was vetted, or was taken over.
+        """
+        orders: dict[int, Command] = {}
+        for record, member in zip(records, self._roster.select(record.vehicle_id for record in records), strict=True):
+            member.refusal = None if record.verdict is WaypointVerdict.SENT else record.reason
+            if not is_ours(member, tasks):
+                continue
+            if record.sent_enu_m is not None:
+                member.waypoint_enu_m = np.array(record.sent_enu_m)
+                member.turn.order(record.heading_rad, member.state.heading_rad, self._clock.now_s())
+                place = self._roster.geodetic(member, member.waypoint_enu_m)
+                speed_mps = record.speed_mps or self._settings.cruise_speed_mps
+                orders[member.vehicle_id] = Goto(place, speed_mps, member.turn.heading_rad)
+            elif is_under_way(member, self._roster.position_enu_m(member), self._settings):
+                orders[member.vehicle_id] = Hold()
+        return orders
+
     async def send(
         self,
         records: Sequence[WaypointRecord],
         on_handed_over: Callable[[], None] | None = None,
         tasks: frozenset[Task] = _SWARM,
     ) -> dict[int, Refusal | None]:
-        """Send vetted waypoints, and return as ``command_each`` does what became of them.
-
-        A vehicle that safety has held is told to hold where it still flies to an earlier waypoint, which may be far.
-        Nothing is sent to a vehicle that has got a task outside of ``tasks`` since it was vetted, or was taken over.
-        """
-        targets: dict[int, NDArray[np.float64]] = {}
-        stopped_ids: list[int] = []
-        speeds_mps = {record.vehicle_id: record.speed_mps or self._settings.cruise_speed_mps for record in records}
-        for record, member in zip(records, self._roster.select(record.vehicle_id for record in records), strict=True):
-            member.refusal = None if record.verdict is WaypointVerdict.SENT else record.reason
-            if not _is_ours(member, tasks):
-                continue
-            if record.sent_enu_m is not None:
-                targets[member.vehicle_id] = member.waypoint_enu_m = np.array(record.sent_enu_m)
-                member.turn.order(record.heading_rad, member.state.heading_rad, self._clock.now_s())
-            elif is_under_way(member, self._roster.position_enu_m(member), self._settings):
-                stopped_ids.append(member.vehicle_id)
-
-        def command(member: Member) -> Command:
-            if member.vehicle_id not in targets:
-                return Hold()
-            place = self._roster.geodetic(member, targets[member.vehicle_id])
-            return Goto(place, speeds_mps[member.vehicle_id], member.turn.heading_rad)
-
-        members = self._roster.select([*targets, *stopped_ids])
-        results = await self.command_each(members, command, on_handed_over=on_handed_over)
-        return {vehicle_id: results[vehicle_id] for vehicle_id in targets}
+        """Send vetted waypoints, as ``orders`` says, and return as ``command_each`` does what became of them."""
+        orders = self.orders(records, tasks)
+        members = self._roster.select(orders)
+        results = await self.command_each(members, lambda one: orders[one.vehicle_id], on_handed_over=on_handed_over)
+        return {key: result for key, result in results.items() if not isinstance(orders[key], Hold)}
 
     def has_arrived(self, member: Member) -> bool:
         """Return whether the vehicle hovers at its waypoint, and heads where it was told to."""
@@ -362,7 +368,7 @@ class FlightControl:
             return [
                 member
                 for member in self._roster.select(places_enu_m)
-                if _is_ours(member, tasks) and not self.is_at(member, places_enu_m[member.vehicle_id])
+                if is_ours(member, tasks) and not self.is_at(member, places_enu_m[member.vehicle_id])
             ]
 
         while (members := pending()) and (left_s := deadline_s - self._clock.now_s()) > 0.0:
@@ -384,15 +390,6 @@ class FlightControl:
         """Return whether the vehicle was sent to this very place, shape (3,), and hovers there."""
         waypoint_enu_m = member.waypoint_enu_m
         return waypoint_enu_m is not None and np.array_equal(waypoint_enu_m, target_enu_m) and self.has_arrived(member)
-
-
-def _is_ours(member: Member, tasks: frozenset[Task]) -> bool:
-    """Return whether a waypoint may be sent: a goto would end a pilot's flight, a hold, a return or a landing."""
-    return member.task in tasks and member.follows_us
-
-
-def _why_left(member: Member) -> str:
-    return f"held: it left the swarm ({member.task}, mode {member.state.mode_name or member.state.mode})"
 
 
 def _name(command: Command) -> str:

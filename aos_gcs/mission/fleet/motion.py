@@ -1,4 +1,4 @@
-"""Motion of a vehicle: how fast it flies, where to by its latest command, and whether it hovers there."""
+"""Motion of a vehicle: how fast it flies, where to by its latest command, and whether it may be sent elsewhere."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.mission.fleet.roster import Member
+from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.planning.settings import FlightSettings
 from aos_gcs.ports import Goto
 
@@ -41,3 +42,13 @@ def hovers_at_waypoint(member: Member, position_enu_m: FloatArray | None, flight
 def is_under_way(member: Member, position_enu_m: FloatArray | None, flight: FlightSettings) -> bool:
     """Return whether a vehicle still flies to a waypoint of ours, as far as is known."""
     return isinstance(member.last_command, Goto) and not hovers_at_waypoint(member, position_enu_m, flight)
+
+
+def is_ours(member: Member, tasks: frozenset[Task]) -> bool:
+    """Return whether a waypoint may be sent: a goto would end a pilot's flight, a hold, a return or a landing."""
+    return member.task in tasks and member.follows_us
+
+
+def why_left(member: Member) -> str:
+    """Return why a vehicle is not sent to a waypoint that was planned for it."""
+    return f"held: it left the swarm ({member.task}, mode {member.state.mode_name or member.state.mode})"

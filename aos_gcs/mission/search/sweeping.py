@@ -17,7 +17,7 @@ from aos_gcs.mission.search.sampling import Sample, Sampler
 from aos_gcs.mission.search.step_work import StepWork
 from aos_gcs.mission.search.vision import Vision
 from aos_gcs.planning.settings import SearchMode
-from aos_gcs.ports import Goto, Severity
+from aos_gcs.ports import Command, Goto, Hold, Severity
 
 ANALYSIS_S = 1.0
 """Time for a round's analysis. A sweep whose waypoints are older than by this and the longest wait for frames stops:
@@ -166,12 +166,12 @@ class _Flight:
 
     def _send_changed(self, waypoints: Sequence[WaypointRecord]) -> None:
         """Send each vehicle what differs from what it was told last; that is no longer repeated."""
-        for one in waypoints:
-            if one.vehicle_id not in self._unconfirmed and self._is_followed(one):
-                continue
-            self._call_off(one.vehicle_id)
-            self._unconfirmed.discard(one.vehicle_id)
-            self._sending[one.vehicle_id] = self._exposures.start(self._send(one))
+        changed = [one for one in waypoints if one.vehicle_id in self._unconfirmed or not self._is_followed(one)]
+        for vehicle_id, command in self._context.flight.orders(changed).items():
+            self._call_off(vehicle_id)
+            self._unconfirmed.discard(vehicle_id)
+            # The task is the command itself: one that began it later would overtake an operator's hold.
+            self._sending[vehicle_id] = self._exposures.start(self._send(vehicle_id, command))
 
     def _is_followed(self, waypoint: WaypointRecord) -> bool:
         """Return whether a vehicle flies, or is being sent, to a waypoint already, at its speed."""
@@ -194,6 +194,7 @@ class _Flight:
     async def finish(self) -> None:
         await self._exposures.finish()
 
-    async def _send(self, waypoint: WaypointRecord) -> None:
-        results = await self._context.flight.send([waypoint])
-        self._unconfirmed |= {vehicle_id for vehicle_id, refusal in results.items() if refusal is not None}
+    async def _send(self, vehicle_id: int, command: Command) -> None:
+        (member,) = self._context.roster.select([vehicle_id])
+        if await self._context.flight.command(member, command) is not None and not isinstance(command, Hold):
+            self._unconfirmed.add(vehicle_id)
