@@ -152,6 +152,15 @@ def test_who_is_far_behind_is_named_once_and_no_longer_waited_for() -> None:
     assert sweep.exposed_at_m(LEG, behind, (2,)) == 0.0
 
 
+def test_late_frames_of_one_vehicle_leave_the_line_where_it_is() -> None:
+    sweep = make_sweep()
+    assert sweep.exposed_at_m(LEG, situation([40.0, 42.0, 41.0]), [1, 2, 3]) == pytest.approx(41.0)
+    assert sweep.exposed_at_m(LEG, situation([40.0, 42.0, 33.0]), [1, 2, 3]) == pytest.approx(115.0 / 3.0)
+    assert sweep.exposed_at_m(LEG, situation([40.0, 42.0, 9.0]), [1, 2, 3]) == pytest.approx(41.0)
+    assert sweep.exposed_at_m(LEG, situation([42.0, 9.0]), [1, 2]) == pytest.approx(42.0)
+    assert sweep.exposed_at_m(LEG, situation([40.0, 42.0, 9.0]), [3]) == pytest.approx(9.0)
+
+
 def test_slow_frames_slow_the_line_so_that_their_places_stay_as_close() -> None:
     journal = Heard()
     sweep, along_m, pace_mps = make_sweep(journal), 0.0, FULL_MPS

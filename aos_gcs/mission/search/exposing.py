@@ -30,6 +30,8 @@ _BLIND_PERIODS = 2.0
 MAX_MOTION_M = 0.5
 """Greatest standard deviation of a place of exposure by the time of it alone: frames that err by more disagree about
 the ground below them."""
+LATE_S = 6.0
+"""Flight at the speed along the legs after which an image that comes is of another place than where its vehicle is."""
 _POLL_S = 0.05
 _DRAIN_S = 2.0
 """Time for which frames on their way are awaited when a sweep is over: a camera takes one at a time."""
@@ -191,7 +193,24 @@ class Exposures:
                 f"its time of exposure is known to ± {sigma_s:.2f} s, at {speed_mps:.1f} m/s ± "
                 f"{speed_mps * sigma_s:.1f} m; {MAX_MOTION_M:g} m are allowed: synchronise its clock, or fly slower"
             )
-        return _Exposed(self._sampler.above_datum(capture), speed_mps, clock.now_s())
+        placed = self._sampler.above_datum(capture)
+        self._check_place(member, placed)
+        return _Exposed(placed, speed_mps, clock.now_s())
+
+    def _check_place(self, member: Member, capture: Capture) -> None:
+        """Refuse a frame of a place that its vehicle has long left: waypoints reckon with where frames were exposed.
+
+        Raises:
+            CaptureError: it is.
+        """
+        roster, leg_mps = self._context.roster, self._context.settings.flight.leg_speed_mps
+        here_enu_m = roster.position_enu_m(member)
+        exposed_enu_m = roster.local_frame().to_enu(capture.position)
+        away_m = 0.0 if here_enu_m is None else float(np.linalg.norm((exposed_enu_m - here_enu_m)[:2]))
+        if away_m > LATE_S * leg_mps:
+            raise CaptureError(
+                f"its image was exposed {away_m:.0f} m from where it is: it came more than {LATE_S:g} s late"
+            )
 
     def _keep(self, exposed: _Exposed) -> None:
         vehicle_id = exposed.capture.vehicle_id

@@ -102,7 +102,10 @@ class Sweep:
         """
         places = {one.vehicle_id: np.array(one.position_enu_m) for one in situation.swarm}
         framed = {vehicle_id: places[vehicle_id] for vehicle_id in framed_ids if vehicle_id in places}
-        return self._line_m(_along_m(leg, framed or places))
+        along_m = _along_m(leg, framed or places)
+        # Frames that come late say where their vehicle was, not that the line flies back.
+        last_m = max(along_m.values()) - self.longest_gap_m
+        return self._line_m({vehicle_id: place_m for vehicle_id, place_m in along_m.items() if place_m >= last_m})
 
     def fly_on(self, leg: ScanLeg, reached_m: float, situation: Situation, vet: Vet) -> tuple[WaypointRecord, ...]:
         """Return the vehicles' waypoints, with their speeds; none where the line cannot sweep on.
