@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from aos_gcs.airspace.stopping import DECELERATION_MPS2
-from aos_gcs.airspace.waypoints import WaypointRecord
+from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.model.vehicles import Task
@@ -136,6 +136,24 @@ async def test_a_vehicle_whose_position_is_not_known_any_more_stops_instead_of_f
         object.__setattr__(vehicle, "_compute_state", compute)
         await flight.clock.sleep(2.0)
         assert commands(flight, 3)[-1] is Goto
+        await flight.commands.act(Action.RETURN, None)
+        await run
+
+
+@virtual
+async def test_one_that_flies_home_and_must_not_be_sent_on_is_not_held_as_if_an_operator_had_stopped_it() -> None:
+    flight = sweep_flight()
+    async with flying(flight) as run:
+        await flight.until(lambda: is_in_the_middle(flight))
+        control = flight.mission.sortie.context.flight
+        held = [
+            WaypointRecord(number, (0.0, 0.0, 30.0), None, WaypointVerdict.HELD, "held: no position", is_unfit=True)
+            for number in (2, 3)
+        ]
+        flight.fleet.members[3].battery_fraction = 0.1
+        await flight.until(lambda: flight.task(3) is Task.RETURNING and commands(flight, 3)[-1] is Goto)
+        assert flight.fleet.members[3].is_moving()
+        assert control.orders(held, frozenset({Task.SWARM, Task.RETURNING})) == {2: Hold()}
         await flight.commands.act(Action.RETURN, None)
         await run
 

@@ -302,7 +302,8 @@ class FlightControl:
     def orders(self, records: Sequence[WaypointRecord], tasks: frozenset[Task] = _SWARM) -> dict[int, Command]:
         """Return the commands that vetted waypoints lead to, by vehicle, and note the waypoints as sent.
 
-        A vehicle that safety has held is told to hold where it still flies to an earlier waypoint, which may be far.
+        A vehicle of the swarm that safety has held is told to hold where it still flies to an earlier waypoint, which
+        may be far. One on its way home flies on: held, it would count as stopped by an operator.
         None is for a vehicle that has got a task outside of ``tasks`` since it was vetted, or was taken over.
         """
         orders: dict[int, Command] = {}
@@ -316,7 +317,9 @@ class FlightControl:
                 place = self._roster.geodetic(member, member.waypoint_enu_m)
                 speed_mps = record.speed_mps or self._settings.cruise_speed_mps
                 orders[member.vehicle_id] = Goto(place, speed_mps, member.turn.heading_rad)
-            elif is_under_way(member, self._roster.position_enu_m(member), self._settings):
+            elif member.task is Task.SWARM and is_under_way(
+                member, self._roster.position_enu_m(member), self._settings
+            ):
                 orders[member.vehicle_id] = Hold()
         return orders
 
