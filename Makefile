@@ -26,13 +26,13 @@ PYTEST := $(PY) -m pytest
 PARALLEL = -n $(WORKERS) --durations=25 --durations-min=1
 
 .DEFAULT_GOAL := help
-.PHONY: help demo check test test-slow test-faults test-sitl soak-test bench lint web web-check wheel constraints clean
+.PHONY: help demo check test test-slow test-faults test-sitl soak-test bench lint web kernels web-check wheel constraints clean
 .NOTPARALLEL:
 
 help: ## Show this help
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-12s %s\n", $$1, $$2}' Makefile
 
-demo: web $(HAS_SIM) ## Fly the simulated mission with the dashboard; ARGS="..." for aos-gcs demo
+demo: web kernels $(HAS_SIM) ## Fly the simulated mission with the dashboard; ARGS="..." for aos-gcs demo
 	$(VENV)/bin/aos-gcs demo $(ARGS)
 
 # Checks style and types, which one core does, beside the command $(1), and reports them after it.
@@ -45,27 +45,27 @@ endef
 
 # These tests wait for nothing: more processes than cores would only import everything once more.
 check: WORKERS = $(shell getconf _NPROCESSORS_ONLN)
-check: $(HAS_DEV) ## Check style and types, run unit and contract tests without waiting: before every commit; ARGS="..." for pytest
+check: kernels $(HAS_DEV) ## Check style and types, run unit and contract tests without waiting: before every commit; ARGS="..." for pytest
 	$(call beside_lint,$(PYTEST) $(PARALLEL) -m "not slow and not sitl and not realtime" tests/unit tests/contract $(ARGS))
 
-test: $(HAS_DEV) ## Check and test everything but slow and sitl; ARGS="..." for pytest
+test: kernels $(HAS_DEV) ## Check and test everything but slow and sitl; ARGS="..." for pytest
 	$(call beside_lint,$(MAKE) --no-print-directory web-check)
 	$(PYTEST) $(PARALLEL) $(ARGS)
 
 test-slow: export HYPOTHESIS_PROFILE := thorough
-test-slow: web $(HAS_DEV) ## Run the slow tests, and all properties with ten times as many examples
+test-slow: web kernels $(HAS_DEV) ## Run the slow tests, and all properties with ten times as many examples
 	$(PYTEST) $(PARALLEL) -m "(slow or hypothesis) and not sitl" $(ARGS)
 
-test-faults: $(HAS_DEV) ## Fly MISSIONS (500) random missions with random faults; SEED=123 repeats one
+test-faults: kernels $(HAS_DEV) ## Fly MISSIONS (500) random missions with random faults; SEED=123 repeats one
 	$(PY) -m tests.campaign --missions $(MISSIONS) $(if $(SEED),--seed $(SEED)) $(ARGS)
 
-test-sitl: web $(HAS_DEV) ## Run the tests against real autopilots in the loop
+test-sitl: web kernels $(HAS_DEV) ## Run the tests against real autopilots in the loop
 	$(PYTEST) -m sitl $(ARGS)
 
-soak-test: web $(HAS_DEV) ## Run all tests RUNS times (10) beside two busy processes and report what failed
+soak-test: web kernels $(HAS_DEV) ## Run all tests RUNS times (10) beside two busy processes and report what failed
 	$(PY) scripts/soak_test.py --runs $(RUNS) -- $(PYTEST) $(PARALLEL) $(ARGS)
 
-bench: web $(HAS_DEV) ## Measure, and write docs/performance.md; ARGS="imaging render" for some of tests/benchmarks
+bench: web kernels $(HAS_DEV) ## Measure, and write docs/performance.md; ARGS="imaging render" for some of tests/benchmarks
 	$(PY) tests/benchmarks/performance.py $(ARGS)
 
 lint: $(HAS_DEV) ## Check style and types of the Python code
@@ -75,6 +75,9 @@ lint: $(HAS_DEV) ## Check style and types of the Python code
 
 web: $(PY) ## Build the dashboard where its sources have changed
 	@$(PY) scripts/build_dashboard.py
+
+kernels: $(PY) ## Compile the kernels of imaging where their sources have changed and there is a C compiler
+	@$(PY) scripts/build_kernels.py
 
 web-check: web $(HAS_DEV) ## Check and test the dashboard, and that its types fit the API
 	@$(PY) scripts/build_dashboard.py --with-tools
@@ -88,7 +91,7 @@ constraints: ## Renew constraints.txt: the newest versions that pyproject.toml a
 	sh scripts/renew_constraints.sh
 
 clean: ## Remove everything that make has made; missions stay
-	rm -rf $(VENV) .make build dist aos_gcs/api/static web/node_modules
+	rm -rf $(VENV) .make build dist aos_gcs/api/static aos_gcs/imaging/native/*.so web/node_modules
 	rm -rf .soak .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 

@@ -17,7 +17,9 @@ from numpy.typing import NDArray
 
 from aos_gcs.errors import ImagingError
 from aos_gcs.imaging.model import Frame, Pixels, Viewpoint
+from aos_gcs.imaging.native.kernels import Layer, Layers, divide
 from aos_gcs.imaging.views import FocalView
+from aos_gcs.imaging.warp import PlaneProjection
 from aos_gcs.imaging.warped import Projection, sample
 from aos_gcs.imaging.workers import parallel_map
 
@@ -65,7 +67,8 @@ class ViewIntegral:
         for frame in frames:
             check_frame(frame, self._bands)
         projected = [(frame.image, self._view.project(frame)) for frame in frames]
-        per_band = parallel_map(partial(self._add_to_band, projected), self._bands_of_rows())
+        layers = self._layers(projected)
+        per_band = parallel_map(partial(self._add_to_band, projected, layers), self._bands_of_rows())
         self._is_empty = False
         return [any(seen) for seen in zip(*per_band, strict=True)]
 
@@ -76,17 +79,15 @@ class ViewIntegral:
             ImagingError: if it cannot have been added, because cells it covers are not covered.
         """
         check_frame(frame, self._bands)
-        projection = self._view.project(frame)
-        if projection is None:
-            return
+        projected = [(frame.image, self._view.project(frame))]
+        layers = self._layers(projected)
         # In the bands that it was added in: what is taken away is then the same to the last digit.
-        sampled = [sample(frame.image, projection, *band, exact=self._exact) for band in self._bands_of_rows()]
-        frames = [warped.without_gaps() for warped in sampled if warped is not None]
-        if any((self.coverage[warped.window] < warped.coverage()).any() for warped in frames):
+        own = [(slice(*band), *self._sums_of_band(projected, layers, band)[:2]) for band in self._bands_of_rows()]
+        if any((self.coverage[rows] < count).any() for rows, _, count in own):
             raise ImagingError(f"The frame of vehicle {frame.vehicle_id} is not part of the integral.")
-        for warped in frames:
-            self.coverage[warped.window] -= warped.coverage()
-            cv2.accumulate(-warped.values, self._sum[warped.window], warped.covered)
+        for rows, total, count in own:
+            self.coverage[rows] -= count
+            self._sum[rows] -= total
 
     def mean(self) -> NDArray[np.float32]:
         """Return the integral, shape (H, W, C), NaN where nothing covers."""
@@ -108,23 +109,63 @@ class ViewIntegral:
         rows = self._view.shape[0]
         return ((first, min(first + BAND_ROWS, rows)) for first in range(0, rows, BAND_ROWS))
 
-    def _add_to_band(self, projected: Sequence[Projected], band: tuple[int, int]) -> list[bool]:
+    def _layers(self, projected: Sequence[Projected]) -> Layers | None:
+        """Return images for the kernel that adds all at once; None where there is none for them."""
+        if self._exact:
+            return None
+        layers = []
+        for image, projection in projected:
+            if projection is None:
+                layers.append(Layer(image, np.eye(3), np.zeros((self._view.shape[0], 2), dtype=np.int32)))
+            elif isinstance(projection, PlaneProjection) and projection.camera.distortion is None:
+                layers.append(Layer(image, projection.H_raster2image, projection.spans))
+            else:
+                return None
+        return Layers.of(layers)
+
+    def _add_to_band(self, projected: Sequence[Projected], layers: Layers | None, band: tuple[int, int]) -> list[bool]:
         """Add images to a band of rows, and tell of each whether it covers anything there."""
         rows = slice(*band)
-        total, count = self._sum[rows], self.coverage[rows]
-        if len(projected) == 1:
-            return [self._add_layer(projected[0], band, total, count, leave_out_gaps=not self._gapless(projected))]
-        if not self._is_empty:
-            total, count = np.zeros_like(total), np.zeros_like(count)
-        covering = [self._add_layer(own, band, total, count, leave_out_gaps=False) for own in projected]
-        # Few images have gaps: to look for them in the sums costs less than in every image.
-        if not self._gapless(projected) and not math.isfinite(cv2.sumElems(total.reshape(total.shape[0], -1))[0]):
+        if self._is_empty:
+            return self._sums_of_band(projected, layers, band, self._sum[rows], self.coverage[rows])[2]
+        total, count, covering = self._sums_of_band(projected, layers, band)
+        self._sum[rows] += total
+        self.coverage[rows] += count
+        return covering
+
+    def _sums_of_band(
+        self,
+        projected: Sequence[Projected],
+        layers: Layers | None,
+        band: tuple[int, int],
+        total: Pixels | None = None,
+        count: NDArray[np.uint16] | None = None,
+    ) -> tuple[Pixels, NDArray[np.uint16], list[bool]]:
+        """Return sums and numbers of images in a band of rows, and of each image whether it covers anything there.
+
+        Args:
+            projected: the images.
+            layers: see :meth:`_layers`.
+            band: first row and the one behind the last.
+            total: memory of the sums, all 0; None: new one.
+            count: memory of the numbers, all 0; None: new one.
+        """
+        rows = slice(*band)
+        total = np.zeros_like(self._sum[rows]) if total is None else total
+        count = np.zeros_like(self.coverage[rows]) if count is None else count
+        if layers is None:
+            covering = [self._add_layer(own, band, total, count, leave_out_gaps=False) for own in projected]
+            # Few images have gaps: to look for them in the sums costs less than in every image.
+            with_gaps = not self._gapless(projected) and not math.isfinite(
+                cv2.sumElems(total.reshape(total.shape[0], -1))[0]
+            )
+        else:
+            covers, with_gaps = layers.add(band, total, count)
+            covering = [bool(own) for own in covers]
+        if with_gaps:
             total[:], count[:] = 0, 0
             covering = [self._add_layer(own, band, total, count, leave_out_gaps=True) for own in projected]
-        if not self._is_empty:
-            self._sum[rows] += total
-            self.coverage[rows] += count
-        return covering
+        return total, count, covering
 
     def _add_layer(
         self,
@@ -154,6 +195,8 @@ class ViewIntegral:
 
     def _divide_band(self, integral: NDArray[np.float32], band: tuple[int, int]) -> None:
         rows = slice(*band)
+        if divide(self._sum[rows], self.coverage[rows], integral[rows]):
+            return
         # Dividing by NaN marks uncovered cells. A table of rows of equal numbers, as broadcasting along a very short
         # axis takes three times as long.
         divisors = np.arange(int(self.coverage[rows].max()) + 1, dtype=np.float32)

@@ -125,7 +125,9 @@ def shade_integral(
     # One stretch for all three bands: hues stay as they are.
     distinct = integral[:, :, chosen] if colour else integral[:, :, :1]
     shades = _stretch(distinct, contrast_from, CONTRAST_PERCENTILES)
-    return np.dstack((shades if colour else np.repeat(shades, 3, axis=2), _alpha(~np.isnan(distinct[:, :, 0]))))
+    rgba = cv2.cvtColor(shades, cv2.COLOR_RGB2RGBA if colour else cv2.COLOR_GRAY2RGBA)
+    rgba[:, :, 3] = _alpha(~np.isnan(distinct[:, :, 0]))
+    return np.asarray(rgba, dtype=np.uint8)
 
 
 def encode_png(rgba: NDArray[np.uint8]) -> bytes:
@@ -149,8 +151,7 @@ def shade_thermal(band: NDArray[np.float32], contrast_from: NDArray[np.bool] | N
         contrast_from: cells that set the contrast, shape (H, W); None: all of them.
     """
     shades = _stretch(band, contrast_from, THERMAL_CONTRAST_PERCENTILES)
-    bgr = cv2.applyColorMap(shades, cv2.COLORMAP_INFERNO)
-    return np.dstack((cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB), _alpha(~np.isnan(band))))
+    return _coloured(np.arange(256, dtype=np.uint8), shades, ~np.isnan(band))
 
 
 def shade_counts(counts: NDArray[np.uint16], covered: NDArray[np.bool]) -> NDArray[np.uint8]:
@@ -161,9 +162,18 @@ def shade_counts(counts: NDArray[np.uint16], covered: NDArray[np.bool]) -> NDArr
         covered: cells where the picture is not transparent, shape (H, W).
     """
     # The upper half of the map: one marking frame must already stand out.
-    shades = np.where(counts > 0, 128 + counts * np.float32(127.0 / max(int(counts.max()), 1)), 0.0).astype(np.uint8)
-    bgr = cv2.applyColorMap(shades, cv2.COLORMAP_INFERNO)
-    return np.dstack((cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB), _alpha(covered)))
+    numbers = np.arange(int(counts.max(initial=0)) + 1)
+    shades = np.where(numbers > 0, 128 + numbers * np.float32(127.0 / max(int(numbers[-1]), 1)), 0.0)
+    return _coloured(shades.astype(np.uint8), counts, covered)
+
+
+def _coloured(shades: NDArray[np.uint8], values: NDArray[np.integer], shown: NDArray[np.bool]) -> NDArray[np.uint8]:
+    """Return RGBA, shape (H, W, 4), of whole values, shape (H, W), whose shades a table has; 0 where not shown."""
+    colours = cv2.cvtColor(cv2.applyColorMap(shades.reshape(-1, 1), cv2.COLORMAP_INFERNO), cv2.COLOR_BGR2RGBA)
+    # Four bands at once, as one number.
+    pixels = np.take(np.ascontiguousarray(colours).view(np.uint32).reshape(-1), values)
+    pixels *= shown
+    return pixels.view(np.uint8).reshape(*values.shape, 4)
 
 
 def picture_shape(rows: int, columns: int) -> tuple[int, int]:
@@ -194,8 +204,11 @@ def _reduce_counts(counts: NDArray[np.uint16], size: tuple[int, int]) -> NDArray
 def _stretch(
     values: NDArray[np.float32], contrast_from: NDArray[np.bool] | None, percentiles: tuple[float, float]
 ) -> NDArray[np.uint8]:
-    chosen = values.reshape(-1) if contrast_from is None else values[contrast_from].reshape(-1)
-    samples = chosen[:: max(1, chosen.size // CONTRAST_SAMPLES)]
+    # Cells of all bands are chosen before their values are taken out: few are needed.
+    cells = np.arange(values.shape[0] * values.shape[1]) if contrast_from is None else np.flatnonzero(contrast_from)
+    bands = values.size // max(values.shape[0] * values.shape[1], 1)
+    cells = cells[:: max(1, cells.size * bands // CONTRAST_SAMPLES)]
+    samples = values.reshape(-1, bands)[cells].reshape(-1)
     samples = samples[~np.isnan(samples)]
     if not samples.size:
         samples = np.zeros(1, dtype=np.float32)

@@ -34,16 +34,19 @@ def run(*command: object, cwd: Path) -> str:
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return build_wheel(tmp_path_factory.mktemp("clone"))
+
+
+def build_wheel(clone: Path) -> Path:
     """Built from a copy with a page of its own, so that the wheel's content is the only thing under test."""
-    clone = tmp_path_factory.mktemp("clone")
     for name in INGREDIENTS:
-        source, ignored = ROOT / name, shutil.ignore_patterns("static", "__pycache__")
+        source, ignored = ROOT / name, shutil.ignore_patterns("static", "__pycache__", "*.so")
         shutil.copytree(source, clone / name, ignore=ignored) if source.is_dir() else shutil.copy(source, clone / name)
     assets = clone / "aos_gcs" / "api" / "static" / "assets"
     assets.mkdir(parents=True)
     (assets / "page.js").write_text("")
     (assets.parent / "index.html").write_text("<!doctype html>")
-    (clone / ".gitignore").write_text("aos_gcs/api/static/\n")
+    (clone / ".gitignore").write_text("aos_gcs/api/static/\n*.so\n")
     run(sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--wheel-dir", "dist", ".", cwd=clone)
     (built,) = (clone / "dist").glob("*.whl")
     return built
@@ -55,6 +58,21 @@ def test_the_wheel_holds_the_three_packages_and_the_page(wheel: Path) -> None:
     assert {"aos_drivers/__init__.py", "aos_sim/__init__.py", "aos_gcs/py.typed"} <= set(names)
     folders = {name.split("/")[0] for name in names if ".dist-info/" not in name}
     assert folders == {"aos_gcs", "aos_drivers", "aos_sim"}
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="there is no C compiler")
+def test_the_wheel_holds_the_kernels_for_its_kind_of_machine(wheel: Path) -> None:
+    assert "aos_gcs/imaging/native/imaging-kernels.so" in zipfile.ZipFile(wheel).namelist()
+    assert "-py3-none-" in wheel.name
+    assert not wheel.name.endswith("-any.whl")
+
+
+def test_a_wheel_without_compiler_has_no_kernels_and_fits_every_machine(
+    tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("CC", "no-compiler-of-this-name")
+    built = build_wheel(tmp_path_factory.mktemp("without"))
+    assert built.name.endswith("-py3-none-any.whl")
 
 
 def test_the_service_installs_alone(wheel: Path, tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.imaging.model import Pixels
+from aos_gcs.imaging.native import kernels
 
 GUARD_PX = 33
 """Edge of the inner window: a lying person of 1.8 m seen from 30 m at 512 pixels and 50 degrees, and some more."""
@@ -59,6 +60,10 @@ def local_rx_scores(
     scores: NDArray[np.float32] = np.zeros(image.shape[:2], dtype=np.float32)
     if not bands:
         return scores if finite is None else np.where(finite, scores, np.float32(np.nan))
+    least = MIN_SAMPLES_PER_BAND * len(bands)
+    compiled = kernels.local_scores(bands, finite, (guard_px, background_px), loading, least)
+    if compiled is not None:
+        return compiled
 
     inner = np.empty_like(scores)
 
@@ -67,7 +72,7 @@ def local_rx_scores(
         return np.subtract(outer, _box_sum(plane, guard_px, inner), out=outer)
 
     count = background_sum(np.ones(scores.shape, np.float32) if finite is None else finite.astype(np.float32))
-    enough = count >= MIN_SAMPLES_PER_BAND * len(bands)
+    enough = count >= least
     if finite is not None:
         enough &= finite
     np.maximum(count, 2.0, out=count)
@@ -168,18 +173,15 @@ def _standardised(image: Pixels, finite: NDArray[np.bool_] | None) -> list[NDArr
     """Return the channels that vary, with mean 0 and variance 1; 0 where the image is not finite."""
     bands = []
     for channel in range(image.shape[2]):
-        plane = image[:, :, channel]
-        known = (plane.reshape(-1) if finite is None else plane[finite]).astype(np.float64)
-        mean = known.mean() if known.size else 0.0
-        known -= mean
-        deviation = np.sqrt(np.square(known).mean()) if known.size else 0.0
+        plane = np.ascontiguousarray(image[:, :, channel], dtype=np.float32)
+        known = None if finite is None else finite.view(np.uint8)
+        mean, deviation = (float(value[0, 0]) for value in cv2.meanStdDev(plane, mask=known))
         # Rounding alone makes the deviation of a constant channel differ from 0.
         if deviation > 1e-6 * max(1.0, abs(mean)):
-            band = np.zeros(plane.shape, dtype=np.float32)
-            if finite is None:
-                np.divide(known, deviation, out=band.reshape(-1), casting="same_kind")
-            else:
-                band[finite] = known / deviation
+            band = np.subtract(plane, np.float32(mean))
+            band /= np.float32(deviation)
+            if finite is not None:
+                band[~finite] = 0.0
             bands.append(band)
     return bands
 

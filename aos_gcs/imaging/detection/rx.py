@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.special import chdtri
 
 from aos_gcs.imaging.model import Pixels
+from aos_gcs.imaging.native import kernels
 from aos_gcs.imaging.scratch import borrow, give_back
 
 CHUNK_PIXELS = 1 << 14
@@ -46,6 +47,9 @@ def rx_scores(image: Pixels) -> NDArray[np.float32]:
         Scores, shape (H, W); NaN where the pixel is not finite. On a Gaussian background they follow a chi-square
         distribution with C degrees of freedom.
     """
+    scores = _compiled_scores(image)
+    if scores is not None:
+        return scores
     height, width, channels = image.shape
     planes = borrow(channels, height, width)
     if image.dtype == np.uint8 and image.flags.c_contiguous:
@@ -76,6 +80,16 @@ def rx_scores(image: Pixels) -> NDArray[np.float32]:
     give_back(planes)
     scores[unknown] = np.nan
     return scores.reshape(height, width)
+
+
+def _compiled_scores(image: Pixels) -> NDArray[np.float32] | None:
+    """Return the scores by the compiled kernels; None where there are none, or channels depend on each other."""
+    image = np.ascontiguousarray(image)
+    moments = kernels.moments(image)
+    whitening = None if moments is None else _cholesky_whitening(moments.covariance)
+    if moments is None or whitening is None:
+        return None
+    return kernels.distances(image, moments.mean, whitening)
 
 
 def _unknown(planes: NDArray[np.float32]) -> NDArray[np.intp]:
@@ -137,18 +151,23 @@ def _scores_of_planes(planes: NDArray[np.float32], known: int) -> NDArray[np.flo
 
 def _whitening(planes: NDArray[np.float32], known: int) -> NDArray[np.float64]:
     """Return W, shape (rank, C), with W^T W the (pseudo-)inverse of the covariance of centred pixels, shape (C, n)."""
-    covariance = _covariance(planes, known, np.float32)
-    if (np.diag(covariance) > 0.0).all():
-        scale = 1.0 / np.sqrt(np.diag(covariance))
-        try:
-            # Correlations have one scale whatever the channels' units are, so that one limit fits all.
-            factor = np.linalg.cholesky(covariance * np.outer(scale, scale))
-        except np.linalg.LinAlgError:
-            pass
-        else:
-            if np.diag(factor).min() > MIN_PIVOT:
-                return np.asarray(np.linalg.inv(factor) * scale)
+    whitening = _cholesky_whitening(_covariance(planes, known, np.float32))
+    if whitening is not None:
+        return whitening
     return _pseudo_whitening(_covariance(planes, known, np.float64))
+
+
+def _cholesky_whitening(covariance: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """Return a lower triangle W with W^T W the inverse of a covariance; None where single precision does not do."""
+    if not (np.diag(covariance) > 0.0).all():
+        return None
+    scale = 1.0 / np.sqrt(np.diag(covariance))
+    try:
+        # Correlations have one scale whatever the channels' units are, so that one limit fits all.
+        factor = np.linalg.cholesky(covariance * np.outer(scale, scale))
+    except np.linalg.LinAlgError:
+        return None
+    return np.asarray(np.linalg.inv(factor) * scale) if np.diag(factor).min() > MIN_PIVOT else None
 
 
 def _covariance(

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.imaging.integral import BATCH_FRAMES, ViewIntegral
 from aos_gcs.imaging.model import FocalGrid, Frame
+from aos_gcs.imaging.native.kernels import can_warp
 from aos_gcs.imaging.scratch import borrow, give_back
 from aos_gcs.imaging.undistort import is_floats
 from aos_gcs.imaging.views import grid_view
@@ -59,10 +60,14 @@ def integrate(frames: Sequence[Frame], grid: FocalGrid, shape: tuple[int, int] |
 def _in_single_precision(frame: Frame, width_px: int) -> Frame:
     """Return the frame with its whole image converted, so that bands of the raster do not convert parts of it again.
 
+    What the compiled kernel takes as it is stays as it is, unless it is averaged.
+
     Pixels are averaged over a square of an odd width, for cells that are larger than pixels; not in images with gaps,
     which OpenCV's running sums would spread.
     """
     image = frame.image
+    if width_px == 1 and frame.camera.distortion is None and can_warp(image):
+        return frame
     if not is_floats(image):
         image = borrow(*image.shape)
         np.copyto(image, frame.image)

@@ -1,0 +1,141 @@
+/* Images warped onto a plane and added to its sums in one pass. */
+
+#include "kernels.h"
+
+#include <math.h>
+
+/* Cells of a row whose pixels are computed at a time, and rows of a tile of them. */
+#define BLOCK 64
+#define TILE_ROWS 16
+
+typedef struct {
+    const void *pixels;
+    /* First column that the image covers and the one behind the last, for all rows of the raster. */
+    const int32_t *spans;
+    /* Homography from cells (column, row, 1) of the raster to pixels, row by row. */
+    double H[9];
+    int64_t height, width;
+} warped_image;
+
+INLINE v8 load8_f32(const float *p) {
+    v8 values;
+    memcpy(&values, p, sizeof values);
+    return values;
+}
+
+INLINE v8 load8_u16(const uint16_t *p) {
+#ifdef __AVX2__
+    return (v8)_mm256_cvtepi32_ps(_mm256_cvtepu16_epi32(_mm_loadu_si128((const __m128i *)p)));
+#else
+    return (v8){p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7]};
+#endif
+}
+
+INLINE v8 load8_u8(const uint8_t *p) {
+#ifdef __AVX2__
+    return (v8)_mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(_mm_loadl_epi64((const __m128i *)p)));
+#else
+    return (v8){p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7]};
+#endif
+}
+
+#define PIXEL float
+#define LOAD8 load8_f32
+#define NAME(name) name##_f32
+#include "warp_rows.h"
+#undef PIXEL
+#undef LOAD8
+#undef NAME
+
+#define PIXEL uint16_t
+#define LOAD8 load8_u16
+#define NAME(name) name##_u16
+#include "warp_rows.h"
+#undef PIXEL
+#undef LOAD8
+#undef NAME
+
+#define PIXEL uint8_t
+#define LOAD8 load8_u8
+#define NAME(name) name##_u8
+#include "warp_rows.h"
+
+INLINE void add_tile(const warped_image *image, const int kind, const int bands, long first_row, long end_row, long left,
+                     long right, long columns, float *total, uint16_t *count) {
+    for (long row = first_row; row < end_row; row++, total += columns * bands, count += columns) {
+        long first = image->spans[2 * row], end = image->spans[2 * row + 1];
+        first = first > left ? first : left;
+        end = SMALLER(end, right);
+        if (first >= end) continue;
+        for (long x = first; x < end; x++) count[x]++;
+        if (kind == PIXEL_U8) add_row_u8(image, bands, row, first, end, total);
+        else if (kind == PIXEL_U16) add_row_u16(image, bands, row, first, end, total);
+        else add_row_f32(image, bands, row, first, end, total);
+    }
+}
+
+/* Returns whether any of the sums of a tile is no finite number. */
+INLINE int has_gaps(const float *total, long rows, long step, long n) {
+    float zero[8] = {0};
+    for (long row = 0; row < rows; row++, total += step) {
+        long k = 0;
+        for (; k + 8 <= n; k += 8)
+            for (int lane = 0; lane < 8; lane++) zero[lane] += total[k + lane] * 0.0f;
+        for (; k < n; k++) zero[0] += total[k] * 0.0f;
+    }
+    int gaps = 0;
+    for (int lane = 0; lane < 8; lane++) gaps |= !(zero[lane] == 0.0f);
+    return gaps;
+}
+
+INLINE int add_rows(const warped_image *images, long number, const int kind, const int bands, long first_row,
+                     long end_row, long columns, float *total, uint16_t *count, uint8_t *covers) {
+    for (long i = 0; i < number; i++) {
+        covers[i] = 0;
+        for (long row = first_row; row < end_row; row++)
+            covers[i] |= images[i].spans[2 * row] < images[i].spans[2 * row + 1];
+    }
+    int gaps = 0;
+    /* Tile by tile, so that the sums, and what images turned against the raster show of a tile, stay in the cache. */
+    for (long row = first_row; row < end_row; row += TILE_ROWS) {
+        const long tile_end = SMALLER(row + TILE_ROWS, end_row);
+        for (long column = 0; column < columns; column += BLOCK) {
+            const long right = SMALLER(column + BLOCK, columns);
+            float *own_total = total + (row - first_row) * columns * bands;
+            for (long i = 0; i < number; i++)
+                add_tile(images + i, kind, bands, row, tile_end, column, right, columns, own_total,
+                         count + (row - first_row) * columns);
+            if (kind == PIXEL_F32)
+                gaps |= has_gaps(own_total + column * bands, tile_end - row, columns * bands, (right - column) * bands);
+        }
+    }
+    return gaps;
+}
+
+#define ADD(kind, bands) add_rows(images, number, kind, bands, first_row, end_row, columns, total, count, covers)
+#define ADD_BANDS(kind)                                                                                                \
+    (bands == 4 ? ADD(kind, 4) : bands == 1 ? ADD(kind, 1) : ADD(kind, bands))
+
+/* Adds images to some rows of a raster, and returns whether any of the sums is no finite number then.
+
+   images, number: the images, each at least 2 x 2 and of at most 2^31 - 1 values, row by row
+   kind, bands: type of their pixels, and values of each
+   first_row, end_row, columns: rows to be added to, and columns of the raster
+   total, count: sums and numbers of images, which begin with the first row
+   covers: becomes 1 for each image that covers anything of the rows, else 0 */
+int aos_add_warped(const warped_image *images, long number, int kind, int bands, long first_row, long end_row,
+                  long columns, float *total, uint16_t *count, uint8_t *covers) {
+    return kind == PIXEL_U8 ? ADD_BANDS(PIXEL_U8) : kind == PIXEL_U16 ? ADD_BANDS(PIXEL_U16) : ADD_BANDS(PIXEL_F32);
+}
+
+INLINE void divide(const float *total, const uint16_t *count, long cells, const int bands, float *mean) {
+    for (long i = 0; i < cells; i++) {
+        const float number = count[i] ? (float)count[i] : NAN;
+        for (int band = 0; band < bands; band++) mean[i * bands + band] = total[i * bands + band] / number;
+    }
+}
+
+/* Divides the sums of cells by their numbers of images, NaN where that is 0; both may be the same memory. */
+void aos_divide(const float *total, const uint16_t *count, long cells, int bands, float *mean) {
+    bands == 4 ? divide(total, count, cells, 4, mean) : divide(total, count, cells, bands, mean);
+}

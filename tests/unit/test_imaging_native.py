@@ -1,0 +1,182 @@
+"""The compiled kernels of imaging, beside the plain passes that they replace."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+import pytest
+
+from aos_gcs.errors import ImagingError
+from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.geometry.poses import nadir_pose
+from aos_gcs.imaging.detection.local_rx import local_rx_scores
+from aos_gcs.imaging.detection.rx import rx_scores
+from aos_gcs.imaging.integral import ViewIntegral, integrate
+from aos_gcs.imaging.model import Frame, Pixels
+from aos_gcs.imaging.native import kernels, library
+from aos_gcs.imaging.views import perspective_view
+
+SCRIPT = Path(__file__).resolve().parents[2] / "scripts" / "build_kernels.py"
+CAMERA = CameraModel.from_fov(150, 140, 0.9)
+
+Result = TypeVar("Result")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _built() -> None:
+    if shutil.which("cc") is None and library.loaded() is None:
+        pytest.skip("There is no C compiler: the kernels have not been built.")
+    if library.loaded() is None:
+        subprocess.run([sys.executable, SCRIPT], check=True)  # noqa: S603
+        library.loaded.cache_clear()
+    assert library.loaded() is not None
+
+
+def without_kernels(work: Callable[[], Result]) -> Result:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(library, "loaded", lambda: None)
+        return work()
+
+
+def picture(dtype: str, bands: int, seed: int = 0) -> Pixels:
+    rng = np.random.default_rng(seed)
+    shades = rng.normal(size=(140, 150, bands)) @ (np.eye(bands) + 0.4)
+    return np.ascontiguousarray((120 + 30 * shades).clip(0, 255).astype(dtype))
+
+
+def frames(dtype: str, bands: int) -> list[Frame]:
+    names = tuple(f"band {i}" for i in range(bands))
+    poses = [nadir_pose([2.0 * i, 0.5 * i, 30.0 + i], 0.4 * i) for i in range(4)]
+    # One that sees nothing of the raster.
+    poses.append(nadir_pose([900.0, 0.0, 30.0]))
+    return [Frame(i, picture(dtype, bands, i), names, pose, CAMERA) for i, pose in enumerate(poses)]
+
+
+@pytest.mark.parametrize("dtype", ["u1", "u2", "f4"])
+@pytest.mark.parametrize("bands", [1, 3, 4, 6])
+def test_warps_are_bilinear(dtype: str, bands: int) -> None:
+    taken = frames(dtype, bands)
+    view = perspective_view(CAMERA, nadir_pose([1.0, 0.0, 31.0], 0.1), 0.0)
+    mean, count = integrate(taken, view, exact=False)
+    exact_mean, exact_count = integrate(taken, view)
+    np.testing.assert_array_equal(count, without_kernels(lambda: integrate(taken, view, exact=False))[1])
+    # OpenCV is no reference here: it interpolates two bands, and more than four, in steps of 1/32 pixel.
+    same = count == exact_count
+    assert same.mean() > 0.999
+    np.testing.assert_allclose(mean[same], exact_mean[same], atol=0.01)
+    assert kernels.can_warp(taken[0].image)
+
+
+@pytest.mark.parametrize("bands", [1, 4])
+def test_gaps_cover_nothing(bands: int) -> None:
+    taken = frames("f4", bands)
+    taken[1].image[20:40, 30:60] = np.nan
+    taken[2].image[:, :, bands - 1][70:80] = np.inf
+    view = perspective_view(CAMERA, taken[0].pose, 0.0)
+    mean, count = integrate(taken, view, exact=False)
+    plain_mean, plain_count = without_kernels(lambda: integrate(taken, view, exact=False))
+    np.testing.assert_array_equal(count, plain_count)
+    np.testing.assert_allclose(mean, plain_mean, atol=0.01)
+
+
+def test_frames_that_are_removed_leave_the_others() -> None:
+    taken = frames("u1", 4)
+    view = perspective_view(CAMERA, taken[0].pose, 0.0)
+    integral, others = (ViewIntegral(view, taken[0].bands, exact=False) for _ in range(2))
+    integral.add_all(taken)
+    assert integral.add(taken[4]) is False
+    integral.remove(taken[1])
+    others.add_all([taken[0], *taken[2:]])
+    np.testing.assert_array_equal(integral.coverage, others.coverage)
+    np.testing.assert_allclose(integral.mean(), others.mean(), atol=1e-3)
+    for own in (taken[0], *taken[2:]):
+        integral.remove(own)
+    assert not integral.coverage.any()
+    with pytest.raises(ImagingError, match="vehicle 1 is not part of the integral"):
+        integral.remove(taken[1])
+
+
+@pytest.mark.parametrize("dtype", ["u1", "u2", "f4"])
+@pytest.mark.parametrize("bands", [1, 2, 4, 8, 9])
+def test_scores_are_those_of_plain_rx(dtype: str, bands: int) -> None:
+    image = picture(dtype, bands)
+    np.testing.assert_allclose(rx_scores(image), without_kernels(lambda: rx_scores(image)), rtol=2e-4, atol=2e-4)
+
+
+@pytest.mark.parametrize("bands", [1, 3, 4])
+def test_scores_leave_gaps_out(bands: int) -> None:
+    image = picture("f4", bands)
+    image[3:17, 100:] = np.nan
+    image[60, 60, bands - 1] = -np.inf
+    scores = rx_scores(image)
+    np.testing.assert_allclose(scores, without_kernels(lambda: rx_scores(image)), rtol=2e-4, atol=2e-4)
+    assert np.isnan(scores[60, 60])
+
+
+@pytest.mark.parametrize("values", [np.nan, 1e30, -np.inf])
+def test_images_without_moments_are_left_to_the_plain_way(values: float) -> None:
+    image = np.full((20, 20, 2), values, dtype=np.float32)
+    np.testing.assert_array_equal(rx_scores(image), without_kernels(lambda: rx_scores(image)))
+
+
+@pytest.mark.parametrize("bands", [1, 2, 4])
+@pytest.mark.parametrize("windows_px", [(33, 65), (3, 9), (101, 201), (1, 399)])
+def test_local_scores_are_those_of_box_filters(bands: int, windows_px: tuple[int, int]) -> None:
+    image = picture("f4", bands)
+    image[50:60, 70] += 300.0
+    plain = without_kernels(lambda: local_rx_scores(image, *windows_px))
+    np.testing.assert_allclose(local_rx_scores(image, *windows_px), plain, rtol=1e-4, atol=1e-4)
+    image[90:, :40] = np.nan
+    plain = without_kernels(lambda: local_rx_scores(image, *windows_px))
+    np.testing.assert_allclose(local_rx_scores(image, *windows_px), plain, rtol=1e-4, atol=1e-4)
+
+
+def test_a_library_of_other_sources_is_not_used(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(library, "sources_checksum", lambda: 17)
+    assert library._open(library.FILE) is None
+
+
+def test_the_kernels_can_be_switched_off(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(library.SWITCH, "off")
+    assert library.loaded.__wrapped__() is None
+
+
+def test_processors_with_and_without_avx2_give_the_same_digits() -> None:
+    compiled = library.loaded()
+    common = library._open(library.FILE)
+    assert common is not None
+    if compiled is None or not common.aos_has_avx2():
+        pytest.skip("This processor has no AVX2.")
+    image = picture("f4", 4)
+    taken = frames("f4", 4)
+    view = perspective_view(CAMERA, taken[0].pose, 0.0)
+
+    def work() -> tuple[Pixels, ...]:
+        return rx_scores(image), local_rx_scores(image), integrate(taken, view, exact=False)[0]
+
+    expected = work()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(library, "loaded", lambda: common)
+        for own, other in zip(work(), expected, strict=True):
+            np.testing.assert_array_equal(own, other)
+
+
+def test_a_missing_compiler_is_told_and_changes_nothing(tmp_path: Path) -> None:
+    copied = tmp_path / "scripts" / SCRIPT.name
+    copied.parent.mkdir()
+    shutil.copy(SCRIPT, copied)
+    sources = tmp_path / "aos_gcs" / "imaging" / "native" / "src"
+    sources.mkdir(parents=True)
+    (sources / "one.c").write_text("int one(void) { return 1; }")
+    result = subprocess.run(  # noqa: S603
+        [sys.executable, copied], env={"CC": "no-compiler-of-this-name"}, capture_output=True, text=True, check=False
+    )
+    assert result.returncode == 0
+    assert "There is no C compiler" in result.stderr
+    assert list(sources.parent.iterdir()) == [sources]
