@@ -11,7 +11,7 @@ from aos_gcs.airspace.limits import UNLIMITED
 from aos_gcs.errors import MissionError
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.model.actions import Action
-from aos_gcs.mission.model.phase import Outcome
+from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.planning.settings import (
     Deadlines,
@@ -24,6 +24,7 @@ from aos_gcs.planning.settings import (
 from aos_gcs.ports import Arm, LandedState
 from tests.fakes.fleet import FakeVehicle
 from tests.fakes.mission_flight import EXACT, Flight, flying, prepare
+from tests.fakes.restarted_flight import killed_while_searching, restarted
 
 pytestmark = pytest.mark.looptime
 
@@ -150,6 +151,22 @@ async def test_confirmations_are_refused_where_they_mean_nothing_and_can_be_take
         assert took_off(flight, 4) == 0
         (result,) = await flight.commands.act(Action.NOT_READY, (1,))
         assert "has taken off" in result.text
+        await flight.commands.act(Action.ABORT, None)
+        await run
+
+
+async def test_after_a_restart_in_flight_vehicles_that_the_plan_names_are_confirmed_anew() -> None:
+    relay = RelaySettings(enabled=True, vehicle_ids=(4,))
+    former = prepare(3, None, errors=EXACT)
+    last = await killed_while_searching(former, steps=1)
+    flight = restarted(last, errors=EXACT, target=None, relay=relay)
+    flight.fleet.members[4] = FakeVehicle(4, flight.clock, np.array([20.0, -3.0, 0.0]), None)
+    async with flying(flight) as run:
+        await flight.until(lambda: flight.mission.phase is Phase.TAKEOFF)
+        await flight.clock.sleep(1.0)
+        assert flight.view.snapshot().vehicles[3].is_ready is False, "people may be changing its battery"
+        assert (await flight.commands.act(Action.READY, (4,)))[0].accepted
+        assert flight.view.snapshot().vehicles[3].is_ready is True
         await flight.commands.act(Action.ABORT, None)
         await run
 
