@@ -44,7 +44,7 @@ def search(scene: Scene, vehicles: int, detection: DetectionSettings) -> FlownMi
 def test_animals_on_the_way_are_no_persons_and_the_person_behind_them_is_found() -> None:
     scene = build_scene(SceneParameters(seed=57, animals=3, stones=3, side_m=SIDE_M))
     (person,) = scene.persons
-    mission = search(scene, 6, DetectionSettings(look_steps=6, stop_at_first=True))
+    mission = search(scene, 10, DetectionSettings(look_steps=6, stop_at_first=True))
     findings = mission.snapshot.findings
     assert mission.snapshot.outcome is Outcome.FOUND
     assert len(findings) > 1
