@@ -82,6 +82,23 @@ def test_what_most_frames_show_to_be_no_person_is_left_at_once() -> None:
     assert claims.is_look_over()
 
 
+@pytest.mark.parametrize("warm", [True, False])
+def test_what_is_marked_once_and_then_only_warm_is_not_looked_at_again(warm: bool) -> None:
+    """A deer drew the swarm five times in one mission: it was marked in single steps, and seen warm in most others."""
+    verdict = Verdict(FindingKind.ANIMAL, 0.01, (), is_surely_other=True)
+    place = Geolocation(np.array([5.0, 20.0, 0.0]), 0.1 * np.eye(3), 0.1 * np.eye(3))
+    tracker = TargetTracker(SETTINGS)
+    claims = Claims(SETTINGS.detection, _Notices(), tracker, Findings())
+    settled = []
+    for step in range(3):
+        tracker.observe(analysis(*([] if step else [seen(5.0, 20.0)])), STEP_S * (step + 1))
+        tracker.judge(dict.fromkeys(tracker.places_enu_m(), Judgement(verdict, place if warm else None)))
+        claims.announce()
+        tracker.give_up()
+        settled.append(len(claims.settled_enu_m))
+    assert settled == [0, 0, 1 if warm else 0], "where nothing warm shows, leaves may hide it"
+
+
 @pytest.mark.parametrize("sure", [True, False])
 def test_what_is_out_of_view_is_searched_for_unless_it_was_surely_no_person(sure: bool) -> None:
     follower = Follower(FindingKind.WARM_OBJECT)
@@ -116,8 +133,17 @@ def test_only_what_is_in_view_moves_the_places_of_looks() -> None:
 
 def test_a_sighting_that_may_be_a_person_begins_the_count_anew() -> None:
     looks, place = Looks(), (5.0, 20.0, 0.0)
-    counts = [looks.count_other(1, place, is_surely_other=sure) for sure in (True, True, False, True)]
+    counts = [
+        looks.count_other(1, place, is_surely_other=sure, may_be_person=not sure) for sure in (True, True, False, True)
+    ]
     assert counts == [1, 2, 0, 1]
+
+
+def test_a_sighting_by_too_few_to_be_sure_leaves_the_count_as_it_is() -> None:
+    looks, place = Looks(), (5.0, 20.0, 0.0)
+    looks.count_other(1, place, is_surely_other=True, may_be_person=False)
+    assert looks.count_other(1, place, is_surely_other=False, may_be_person=False) == 1
+    assert looks.count_other(2, place, is_surely_other=True, may_be_person=False) == 2, "another track of it"
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from collections.abc import Set as AbstractSet
 
-from aos_gcs.imaging.persons.decision import CLAIMED, FindingKind
+from aos_gcs.imaging.persons.decision import CLAIMED, SURELY_OTHER, FindingKind
 from aos_gcs.imaging.step.judgement import SETTLED_BY_FEW_M, SETTLED_M
 from aos_gcs.mission.journal import Announcer
 from aos_gcs.mission.model.findings import KIND_NAMES, FindingStatus, TargetEstimate
@@ -118,7 +118,17 @@ class Claims:
                 self._looks.settle(target.track_id, target.position_enu_m)
             elif target.kind in CLAIMED:
                 self._looks.settle(target.track_id, target.position_enu_m)
+        self._settle_unconfirmed({target.track_id for target in targets}, kept_enu_m)
         return watched
+
+    def _settle_unconfirmed(self, target_ids: AbstractSet[int], kept_enu_m: Sequence[tuple[float, float]]) -> None:
+        """Settle the places of what is surely no person, though it was marked too seldom to be a target."""
+        for track_id, (east_m, north_m) in self._tracker.places_enu_m().items():
+            place = float(east_m), float(north_m), 0.0
+            if track_id not in self._surely_other or track_id in target_ids:
+                continue
+            if not _is_within(place[:2], kept_enu_m, SETTLED_BY_FEW_M):
+                self._looks.settle(track_id, place)
 
     def is_look_over(self) -> bool:
         """Count a step of converging on the present target; return whether it has been looked at for long enough.
@@ -139,7 +149,13 @@ class Claims:
                 continue
             place = float(east_m), float(north_m), 0.0
             worth = SURE_SIGHTINGS if verdict.is_thorough else 1
-            count = self._looks.count_other(track_id, place, is_surely_other=verdict.is_surely_other, worth=worth)
+            count = self._looks.count_other(
+                track_id,
+                place,
+                is_surely_other=verdict.is_surely_other,
+                may_be_person=verdict.probability is None or verdict.probability > SURELY_OTHER,
+                worth=worth,
+            )
             if count >= SURE_SIGHTINGS:
                 others.add(track_id)
         return frozenset(others)

@@ -58,13 +58,19 @@ class Looks:
         look.steps += 1
         return look.steps
 
-    def count_other(self, track_id: int, position_enu_m: EnuPoint, *, is_surely_other: bool, worth: int = 1) -> int:
+    def count_other(
+        self, track_id: int, position_enu_m: EnuPoint, *, is_surely_other: bool, may_be_person: bool, worth: int = 1
+    ) -> int:
         """Count a sighting of a target, worth one or several, and return how many in a row were surely no person.
 
-        Steps without a sighting leave the number as it is: what leaves show and hide in turn is looked at in parts.
+        One that may be a person begins anew. Steps without a sighting leave the number as it is, as do sightings by too
+        few vehicles to be sure: what leaves show and hide in turn is looked at in parts.
         """
         look = self._at(track_id, position_enu_m)
-        look.others = look.others + worth if is_surely_other else 0
+        if is_surely_other:
+            look.others += worth
+        elif may_be_person:
+            look.others = 0
         return look.others
 
     def settle(self, track_id: int, position_enu_m: EnuPoint) -> None:

@@ -91,6 +91,8 @@ class TargetTracker:
         """Height of the ground at each track."""
         self._judged: dict[int, Judgement] = {}
         """Latest decision about each track, where there is one, with its best place."""
+        self._shown: dict[int, Verdict] = {}
+        """Verdict on each track that the latest step marks, or at which it shows something warm."""
         self._pools: dict[int, _Pool] = {}
         """Verdicts on each track's body."""
         self._person_places: dict[int, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
@@ -157,7 +159,7 @@ class TargetTracker:
 
     def judge(self, judgements: Mapping[int, Judgement]) -> None:
         """Take in what the tracks are taken for after a step, by their ids; without a result the former one stays."""
-        before, self._judged = self._judged, {}
+        before, self._judged, self._shown = self._judged, {}, {}
         kept = {track.track_id for track in self._tracks.tracks}
         self._pools = {track_id: pool for track_id, pool in self._pools.items() if track_id in kept}
         for track in self._tracks.tracks:
@@ -172,6 +174,7 @@ class TargetTracker:
                 latest[-1] = replace(latest[-1], verdict=judgement.verdict)
             # Where nothing warm shows, only a mark tells that something else is there: leaves may hide it.
             if is_in_view or judgement.place is not None:
+                self._shown[track.track_id] = judgement.verdict
                 look = _look(judgement, track)
                 pool = self._pools.get(track.track_id)
                 self._pools[track.track_id] = look if pool is None else pool.extended(look)
@@ -181,9 +184,8 @@ class TargetTracker:
                 self._person_places[track.track_id] = self._place(track)
 
     def latest_verdict(self, track_id: int) -> Verdict | None:
-        """Return the decision about a track that the latest step shows; None if it is out of view, or not decided."""
-        latest = self._in_view(track_id)
-        return None if latest is None else latest.verdict
+        """Return the decision about a track that the latest step marks, or shows something warm at; else None."""
+        return self._shown.get(track_id)
 
     def likely_persons(self) -> frozenset[int]:
         """Return the tracks in view that are taken for a person by their latest sightings, and not decided for good."""
