@@ -39,6 +39,8 @@ class GroundFigures:
     """Mean number of independent views over the search area."""
     detection: DetectionFigures | None
     """Mean probability of detection over the search area; None where the forest is not described."""
+    soon: float | None = None
+    """The same for a standing person after ten more minutes of flight where they gain most; None where unknown."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

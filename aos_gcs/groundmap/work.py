@@ -53,7 +53,8 @@ class GroundReport:
 
 
 @lru_cache(maxsize=1)
-def _opened(source: GroundSource) -> GroundMap:
+def opened_map(source: GroundSource) -> GroundMap:
+    """Return a map, which this worker opens once."""
     return open_map(source.folder, source.origin, source.direction_step, source.carried)
 
 
@@ -78,7 +79,7 @@ def add_frames(
         InputDataError: its folder holds another map, or a damaged one.
         RecordingError: a former map cannot be copied.
     """
-    ground, left_out, unwritten = _opened(source), 0, ""
+    ground, left_out, unwritten = opened_map(source), 0, ""
     for frame, surface in frames:
         try:
             ground.add(frame, surface)

@@ -52,7 +52,7 @@ def next_sortie(
         findings: its findings, those of former sorties included.
         former: what it has begun with; None for the first sortie.
     """
-    area_enu_m = remaining_area(settings.area_enu_m, progress.legs, progress.leg, progress.along_m)
+    area_enu_m = remaining_area(settings.area_enu_m, progress.planned_legs, progress.leg, progress.along_m)
     text = "The area is searched: it is proposed again."
     if area_enu_m is not None:
         text = "The part of the area that is not searched yet is proposed."

@@ -17,10 +17,11 @@ from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.steps import PictureKind
 from aos_gcs.mission.search.ground_mapping import MAX_WAITING, GroundMapping, GroundPlace
-from aos_gcs.planning.settings import ForestSettings
+from aos_gcs.planning.settings import ForestSettings, SearchMode, SearchSettings
 from aos_gcs.ports import ThreadWorker
 from tests.fakes.ground_frames import ground_frame
-from tests.fakes.mission_flight import Flight, flying, prepare
+from tests.fakes.mission_flight import EXACT, Flight, flying, prepare
+from tests.fakes.retraced import check_decisions_again
 
 pytestmark = pytest.mark.looptime
 P = ParamSpec("P")
@@ -43,8 +44,8 @@ class Mapper:
         if self.failure:
             raise self.failure
         result = await ThreadWorker().run(function, *args, **kwargs)
-        assert isinstance(result, GroundReport)
-        self.reports.append(result)
+        if isinstance(result, GroundReport):
+            self.reports.append(result)
         return result
 
 
@@ -202,3 +203,35 @@ async def test_a_disk_that_takes_nothing_is_reported_and_the_map_goes_on(tmp_pat
     ground = flight.view.snapshot().ground
     assert ground is not None
     assert ground.frames > 0
+
+
+def continuous(pod: float, **changes: object) -> Flight:
+    """A search of two vehicles on two legs for a probability of detection."""
+    search = SearchSettings(SearchMode.CONTINUOUS, pod=pod, leg_spacing_m=12.0)
+    area = ((-12.0, 10.0), (12.0, 10.0), (12.0, 26.0), (-12.0, 26.0))
+    return prepare(2, None, area_enu_m=area, forest=FOREST, search=search, errors=EXACT, **changes)
+
+
+async def test_gaps_are_flown_again_until_what_is_wanted_is_reached(tmp_path: Path) -> None:
+    flight = continuous(0.97, ground=GroundPlace(ThreadWorker(), tmp_path / "ground"))
+    async with flying(flight) as run:
+        await run
+    again = next(text for text in flight.texts() if "flown again" in text)
+    assert "(97% wanted)" in again
+    progress = flight.mission.sortie.search.decider.progress
+    assert len(progress.legs) > len(progress.planned_legs) == 2
+    ground = flight.view.snapshot().ground
+    assert ground is not None
+    assert ground.detection is not None
+    before = float(again.split("%")[0].split()[-1]) / 100.0
+    assert ground.soon is None or ground.soon > before
+    assert ground.detection.standing > before
+    check_decisions_again(flight.recorder)
+
+
+async def test_a_search_ends_before_its_last_leg_once_what_is_wanted_is_reached(tmp_path: Path) -> None:
+    flight = continuous(0.05, ground=GroundPlace(ThreadWorker(), tmp_path / "ground"))
+    async with flying(flight) as run:
+        await run
+    assert any("(5% wanted): the search ends" in text for text in flight.texts())
+    assert flight.mission.sortie.search.decider.progress.leg == 1

@@ -233,6 +233,7 @@ export const texts = {
     standing: "Detection, standing",
     sitting: "Detection, sitting",
     lying: "Detection, lying",
+    soon: "Detection, standing, with 10 more minutes",
     views: "Independent views",
     leftOut: "Frames not mapped",
     file: { tif: "GeoTIFF", geojson: "Gaps (GeoJSON)" },

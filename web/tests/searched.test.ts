@@ -21,6 +21,7 @@ const GROUND = {
   seen_percent: 62.6,
   mean_views: 4.26,
   detection_percent: { standing: 51.2, sitting: 70, lying: 88.4 },
+  soon_percent: 71.3,
 };
 
 describe("the layer of what has been searched", () => {
@@ -57,6 +58,7 @@ describe("the facts about a search", () => {
       "Detection, standing": "51\u202f%",
       "Detection, sitting": "70\u202f%",
       "Detection, lying": "88\u202f%",
+      "Detection, standing, with 10 more minutes": "71\u202f%",
       "Independent views": "4.3",
     });
   });

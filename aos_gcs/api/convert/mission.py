@@ -136,6 +136,7 @@ def _ground(figures: GroundFigures) -> GroundModel:
         seen_percent=_percent(figures.seen_fraction),
         mean_views=round(figures.mean_views, 1),
         detection_percent=detection,
+        soon_percent=None if figures.soon is None else _percent(figures.soon),
     )
 
 

@@ -43,6 +43,10 @@ class GroundModel(WireModel):
     seen_percent: float = Field(description="Share of the search area that was seen from at least one direction.")
     mean_views: float = Field(description="Mean number of independent views over the search area.")
     detection_percent: DetectionModel | None = Field(description="Null where the forest is not described.")
+    soon_percent: float | None = Field(
+        description="The same for a standing person after ten more minutes of flight where they gain most; null where "
+        "that is not known."
+    )
 
 
 class MissionModel(WireModel):

@@ -25,6 +25,8 @@ from aos_gcs.imaging.views import FocalSurface
 from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.journal import Journal
 from aos_gcs.mission.search.gallery import Gallery
+from aos_gcs.planning.gaps import GapLegs, legs_for_gaps
+from aos_gcs.planning.plan import MissionPlan, plan_of
 from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.ports import Severity, Worker
 
@@ -39,6 +41,8 @@ _PICTURE_S: Final = 1.0
 _FLUSH_S: Final = 5.0
 """Time after which what has changed is written, real seconds."""
 _POLL_S: Final = 0.5
+LOOK_AHEAD_S: Final = 600.0
+"""Time of flight whose gain is told."""
 _FINISH_S: Final = 5.0
 """Time limit for the last frames, real seconds."""
 
@@ -81,9 +85,13 @@ class GroundMapping:
         self._settings = settings
         self._waiting: deque[tuple[int, Frame, FocalSurface]] = deque()
         self._is_offered = asyncio.Event()
+        self._is_added = asyncio.Event()
+        """Set while no offered frame is still to be added."""
+        self._is_added.set()
         self._known: tuple[GroundSource, SearchedArea] | None = None
         """Map and area of the latest figures."""
         self._figures: GroundFigures | None = None
+        self._soon: float | None = None
         self._left_out = 0
         self._step = 0
         """Step of the latest frame on the map."""
@@ -99,7 +107,42 @@ class GroundMapping:
     @property
     def figures(self) -> GroundFigures | None:
         """Latest figures; None before the first ones, and where there is no map."""
-        return None if self._figures is None else replace(self._figures, left_out=self._left_out)
+        if self._figures is None:
+            return None
+        return replace(self._figures, left_out=self._left_out, soon=self._soon)
+
+    async def find_gaps(self, plan: MissionPlan, from_m: tuple[float, float], within_s: float) -> GapLegs | None:
+        """Return the stretches whose views gain most until the plan's wanted probability of detection is reached.
+
+        Waits for the frames that are still to be added, for some seconds.
+
+        Args:
+            plan: plan of the mission, with the vehicles that fly.
+            from_m: place that the swarm comes from.
+            within_s: time that they may take.
+
+        Returns:
+            None where there is no map, or it cannot be asked.
+        """
+        with suppress(TimeoutError):
+            async with asyncio.timeout(_FINISH_S):
+                await self._is_added.wait()
+        return await self._ask_for_gaps(plan, from_m, within_s)
+
+    async def _ask_for_gaps(self, plan: MissionPlan, from_m: tuple[float, float], within_s: float) -> GapLegs | None:
+        if self._place is None or self._known is None:
+            return None
+        pod = 1.0 if plan.pod is None else plan.pod
+        height_m = self._settings().imaging.plane_height_m
+        try:
+            return await self._place.worker.run(
+                legs_for_gaps, *self._known, plan, height_m, from_m=from_m, within_s=within_s, pod=pod
+            )
+        except Exception as error:  # whatever it is: a defect of the map must not end the flight
+            if not isinstance(error, AosError):
+                _log.exception("a defect of the search for gaps")
+            self._report(f"The gaps of the search are not known: {error}")
+            return None
 
     def take_up(self) -> None:
         """Go on with the map of the flight that is taken up."""
@@ -123,6 +166,7 @@ class GroundMapping:
             self._left_out += 1
             self._report("The map of searched ground cannot keep up: frames are left out and their views not counted")
         self._is_offered.set()
+        self._is_added.clear()
 
     async def run(self) -> None:
         """Add frames as they are offered, until cancelled."""
@@ -151,6 +195,8 @@ class GroundMapping:
         batch = [self._waiting.popleft() for _ in range(min(_BATCH, len(self._waiting)))]
         if not self._waiting:
             self._is_offered.clear()
+        if not batch:
+            self._is_added.set()
         if batch or known != self._known:
             self._is_pictured = False
         self._is_flushed = self._is_flushed and not batch
@@ -176,8 +222,20 @@ class GroundMapping:
             self._report(f"The map of searched ground is not up to date: {error}")
             return
         self._take(report, len(batch))
+        if writes and not is_last:
+            await self._look_ahead()
         if report.pictures:
             await self._gallery.publish(self._step, report.pictures)
+
+    async def _look_ahead(self) -> None:
+        """Find out what ten more minutes would gain."""
+        settings = self._settings()
+        if settings.forest is None:
+            self._soon = None
+            return
+        plan = replace(plan_of(settings), pod=None)
+        found = await self._ask_for_gaps(plan, settings.area_enu_m[0], LOOK_AHEAD_S)
+        self._soon = None if found is None else found.detection_after
 
     def _take(self, report: GroundReport, added: int) -> None:
         """Take over a report on the map with so many frames more."""

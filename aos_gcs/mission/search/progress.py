@@ -51,6 +51,7 @@ class ScanProgress:
         """Index of the leg that this mission has begun with."""
         self.legs: tuple[ScanLeg, ...] = ()
         """Empty before they are planned."""
+        self._planned = 0
         self.leg = 0
         """Index of the leg being flown; beyond the last one when the scan is over."""
         self.barred: tuple[WaypointRecord, ...] = ()
@@ -88,11 +89,25 @@ class ScanProgress:
 
     def plan(self, legs: Sequence[ScanLeg]) -> None:
         """Set the legs of the scan."""
-        self.legs = tuple(legs)
+        self.legs, self._planned = tuple(legs), len(legs)
+
+    @property
+    def is_over(self) -> bool:
+        """Whether all legs have been flown to their ends."""
+        return bool(self.legs) and self.leg >= len(self.legs)
+
+    @property
+    def planned_legs(self) -> tuple[ScanLeg, ...]:
+        """Legs without those that are flown again for gaps."""
+        return self.legs[: self._planned]
+
+    def extend(self, legs: Sequence[ScanLeg]) -> None:
+        """Add stretches that are flown again, behind all legs."""
+        self.legs += tuple(legs)
 
     def take_up(self, legs: Sequence[ScanLeg], leg: int) -> None:
         """Go on with a scan at the beginning of a leg; without legs they are still to be planned."""
-        self.legs = tuple(legs)
+        self.legs, self._planned = tuple(legs), len(legs)
         self.leg = self._first_leg = min(leg, max(0, len(self.legs) - 1))
 
     def form_line(self) -> None:

@@ -172,6 +172,8 @@ class Retrace:
         progress = self._decider.progress
         if not progress.legs:
             progress.take_up(line.legs, line.leg)
+        # Stretches flown again were chosen by the map of searched ground, which is no part of the record.
+        progress.extend(line.legs[len(progress.legs) :])
         self._decider.begin_line(line.formed)
 
     def _placed(self, capture: Capture, record: DecisionRecord) -> Frame:

@@ -15,6 +15,7 @@ from aos_gcs.mission.search.covered_ground import CoveredGround
 from aos_gcs.mission.search.deciding import Decider
 from aos_gcs.mission.search.findings import Findings
 from aos_gcs.mission.search.gallery import Gallery
+from aos_gcs.mission.search.gap_flights import GapFlights
 from aos_gcs.mission.search.ground_mapping import GroundMapping
 from aos_gcs.mission.search.progress import time_on_legs_s
 from aos_gcs.mission.search.sampling import Sampler
@@ -72,6 +73,7 @@ class Search:
         )
         self.sweeping = Sweeping(context, vision, self._sampler, self._work)
         self._on_legs_s, self._steps_counted = 0.0, 0
+        self._gaps = GapFlights(context, ground, self.decider.progress)
 
     @property
     def step(self) -> int:
@@ -92,6 +94,8 @@ class Search:
         """Form the line at the present place of the present leg."""
         context, progress = self._context, self.decider.progress
         swarm = await self._swarm()
+        if self._gaps.is_enough:
+            return Phase.RETURN
         if not progress.legs:
             progress.plan(self._plan_legs(swarm))
         leg = progress.remaining_leg
@@ -139,8 +143,9 @@ class Search:
         may_sweep = self.sweeping.is_allowed and phase is Phase.SCAN
         following, decision = await work.work_on(phase, swarm, intake, taken, may_sweep=may_sweep)
         if decision is not None and decision.is_sweep and following is Phase.SCAN:
-            return await self.sweeping.fly(decision.waypoints)
-        return following
+            following = await self.sweeping.fly(decision.waypoints)
+        middle_m = self._context.roster.positions_enu_m(swarm)[:, :2].mean(axis=0)
+        return await self._gaps.after(following, len(swarm), middle_m)
 
     async def _swarm(self) -> list[Member]:
         """Return the swarm; with too few left, wait for lost ones. When all are lost, the monitor ends the mission."""

@@ -1592,6 +1592,11 @@ export interface components {
        * @description Share of the search area that was seen from at least one direction.
        */
       seen_percent: number;
+      /**
+       * Soon Percent
+       * @description The same for a standing person after ten more minutes of flight where they gain most; null where that is not known.
+       */
+      soon_percent: number | null;
     };
     /**
      * HeartbeatMessage

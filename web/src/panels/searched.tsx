@@ -36,6 +36,7 @@ export function SearchedPanel({ mission, hasFiles }: Props) {
 export function searchedFacts({ ground, legs, leg, covered_percent, scan_left_s }: Mission): readonly Fact[] {
   const percent = (value: number): string => quantity(value, 0, "%");
   const shares = ground?.detection_percent ?? null;
+  const soon = ground?.soon_percent ?? null;
   const seen = ground?.seen_percent ?? covered_percent;
   return [
     [texts.searched.seen, seen === null ? "" : percent(seen)],
@@ -44,6 +45,7 @@ export function searchedFacts({ ground, legs, leg, covered_percent, scan_left_s 
     [texts.searched.standing, shares === null ? "" : percent(shares.standing)],
     [texts.searched.sitting, shares === null ? "" : percent(shares.sitting)],
     [texts.searched.lying, shares === null ? "" : percent(shares.lying)],
+    [texts.searched.soon, shares === null || soon === null ? "" : percent(soon)],
     [texts.searched.views, ground === null ? "" : quantity(ground.mean_views, 1)],
     [texts.searched.leftOut, ground === null || ground.left_out === 0 ? "" : String(ground.left_out)],
   ];
