@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import asyncio
 import socket
+import ssl
 from collections.abc import Callable
+from functools import partial
 from typing import Final
 
 from aos_gcs.api.access.connection_limits import Admission, ConnectionLimits
+from aos_gcs.api.plain_http import TLS_HANDSHAKE, plain_answer
 
 BACKLOG: Final = 4096
 """Connections that wait to be taken; those that find no room are tried again by their clients after a second."""
@@ -16,6 +19,8 @@ _AT_ONCE: Final = 16
 _REFUSED_AT_ONCE: Final = 256
 """Connections that are refused in one round, a hundredth of a millisecond each."""
 _AGAIN_S: Final = 0.2
+_HANDSHAKE_WITHIN_S: Final = 10.0
+_HEAD_BYTES: Final = 8192
 
 
 class Acceptor:
@@ -25,6 +30,7 @@ class Acceptor:
         listener: socket that listens.
         limits: say which connections are admitted.
         make_protocol: makes the protocol of an admitted connection.
+        tls: encryption; None: connections are not encrypted. With it, plain requests are sent on to ``https``.
     """
 
     def __init__(
@@ -32,10 +38,12 @@ class Acceptor:
         listener: socket.socket,
         limits: ConnectionLimits,
         make_protocol: Callable[[Admission], asyncio.Protocol],
+        tls: ssl.SSLContext | None = None,
     ) -> None:
         self._listener = listener
         self._limits = limits
         self._make_protocol = make_protocol
+        self._tls = tls
         self._loop = asyncio.get_running_loop()
         self._making: set[asyncio.Task[object]] = set()
         self._pause: asyncio.TimerHandle | None = None
@@ -76,12 +84,57 @@ class Acceptor:
             made += 1
             connection.setblocking(False)
             task = self._loop.create_task(self._make(connection, admission))
+            admission.close = partial(_cancel, task)  # until there is a transport
             self._making.add(task)
             task.add_done_callback(self._making.discard)
 
     async def _make(self, connection: socket.socket, admission: Admission) -> None:
         try:
-            await self._loop.connect_accepted_socket(lambda: self._make_protocol(admission), connection)
-        except OSError:
-            self._limits.leave(admission)
-            connection.close()
+            if self._tls is not None and not await self._is_encrypted(connection):
+                await self._send_on(connection)
+                self._give_up(connection, admission)
+                return
+            limit_s = None if self._tls is None else _HANDSHAKE_WITHIN_S
+            await self._loop.connect_accepted_socket(
+                lambda: self._make_protocol(admission), connection, ssl=self._tls, ssl_handshake_timeout=limit_s
+            )
+        except (OSError, TimeoutError):
+            self._give_up(connection, admission)
+        except asyncio.CancelledError:
+            self._give_up(connection, admission)
+            raise
+
+    def _give_up(self, connection: socket.socket, admission: Admission) -> None:
+        self._limits.leave(admission)
+        connection.close()
+
+    async def _is_encrypted(self, connection: socket.socket) -> bool:
+        """Return whether a client begins to encrypt, without taking anything from the connection."""
+        async with asyncio.timeout(_HANDSHAKE_WITHIN_S):
+            while True:
+                readable = self._loop.create_future()
+                self._loop.add_reader(connection, _note, readable)
+                try:
+                    await readable
+                    first = connection.recv(1, socket.MSG_PEEK)
+                except BlockingIOError:
+                    continue
+                finally:
+                    self._loop.remove_reader(connection)
+                return first[:1] == bytes([TLS_HANDSHAKE])
+
+    async def _send_on(self, connection: socket.socket) -> None:
+        """Tell a client without encryption where to go."""
+        async with asyncio.timeout(_HANDSHAKE_WITHIN_S):
+            head = await self._loop.sock_recv(connection, _HEAD_BYTES)
+            if head:
+                await self._loop.sock_sendall(connection, plain_answer(head))
+
+
+def _cancel(task: asyncio.Task[None]) -> None:
+    task.cancel()
+
+
+def _note(readable: asyncio.Future[None]) -> None:
+    if not readable.done():
+        readable.set_result(None)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Callable, Collection
+from collections.abc import AsyncIterator, Callable, Collection, Sequence
 from contextlib import asynccontextmanager
 from pathlib import Path
 
@@ -16,6 +16,7 @@ from aos_gcs.api.access.operator_file import OperatorFile
 from aos_gcs.api.access.operators import Access
 from aos_gcs.api.access.peer_limits import PeerLimitMiddleware, PeerLimits
 from aos_gcs.api.access.plan_check_turns import PlanChecks
+from aos_gcs.api.access.proxies import ProxyMiddleware, TrustedProxies
 from aos_gcs.api.access.request_checks import RolesMiddleware, SameOriginMiddleware, SecurityHeadersMiddleware
 from aos_gcs.api.access.sign_in_log import SignInLog
 from aos_gcs.api.control_desk import ControlDesk
@@ -51,6 +52,7 @@ def create_app(
     static_folder: Path | None = None,
     *,
     allowed_hosts: Collection[str] = (),
+    trusted_proxies: Sequence[str] = (),
     operator_code: str | None = None,
     operator_file: OperatorFile | None = None,
     accounts: AccountFile | None = None,
@@ -74,6 +76,7 @@ def create_app(
         mission: mission that is shown.
         static_folder: the dashboard's build; by default the one inside the package.
         allowed_hosts: host names, beside localhost and IP addresses, under which the page may be opened.
+        trusted_proxies: addresses and networks of proxies whose headers about clients are believed.
         operator_code: code for signing in as an operator; without one every client is an operator.
         operator_file: remembers who is signed in; without it they sign in again after a restart.
         accounts: accounts of everybody, in the place of the operator code.
@@ -116,17 +119,19 @@ def create_app(
     )
     app.state.hub = EventHub(mission, replay, capabilities, now_s, upstream)
     app.state.access = Access(operator_code, now_s, operator_file, accounts, anyone_observes=anyone_observes)
+    proxies = TrustedProxies(trusted_proxies)
     app.state.desk = _desk(app.state.access)
     app.state.control = None if commands is None else ControlDesk(app.state.access, app.state.hub, commands)
     if commands is not None and app.state.access.is_required:
         app.state.hub.show_control(app.state.access.control)
-    app.state.limits = PeerLimits(now_s, app.state.access.addresses)
+    app.state.limits = PeerLimits(now_s, app.state.access.addresses, proxies)
     app.state.once = Once()
     app.add_middleware(BodyLimitMiddleware, streaming_paths=[IMPORT_PATH])
     app.add_middleware(RolesMiddleware, access=app.state.access)
     app.add_middleware(SameOriginMiddleware, allowed_hosts=allowed_hosts)
     app.add_middleware(SecurityHeadersMiddleware)
     app.add_middleware(PeerLimitMiddleware, limits=app.state.limits, access=app.state.access)
+    app.add_middleware(ProxyMiddleware, proxies=proxies)
     add_error_handlers(app)
     add_routes(app)
     add_page(app, static_folder)

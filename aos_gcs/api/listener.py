@@ -16,12 +16,13 @@ class ServerAddress:
 
     host: str
     port: int
+    is_encrypted: bool = False
 
     @property
     def url(self) -> str:
         """The address to open in a browser."""
         host = f"[{self.host}]" if ":" in self.host else self.host
-        return f"http://{host}:{self.port}/"
+        return f"{'https' if self.is_encrypted else 'http'}://{host}:{self.port}/"
 
 
 def listen(host: str, port: int) -> socket.socket:

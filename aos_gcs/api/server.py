@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import socket
+import ssl
 from collections.abc import AsyncIterator
 from contextlib import AbstractContextManager, asynccontextmanager, nullcontext
 
@@ -23,16 +24,17 @@ _GRACE_S = 3
 class _Server(uvicorn.Server):
     """Server that limits connections, leaves signals to the program that owns the loop, and reports when it listens."""
 
-    def __init__(self, config: uvicorn.Config, limits: ConnectionLimits) -> None:
+    def __init__(self, config: uvicorn.Config, limits: ConnectionLimits, tls: ssl.SSLContext | None) -> None:
         super().__init__(config)
         self._limits = limits
+        self._tls = tls
         self._listening = asyncio.Event()
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         await super().startup([])
         for listener in sockets or []:
             # It has of asyncio's servers what uvicorn calls.
-            self.servers.append(Acceptor(listener, self._limits, self._make_protocol))  # type: ignore[arg-type]
+            self.servers.append(Acceptor(listener, self._limits, self._make_protocol, self._tls))  # type: ignore[arg-type]
         self._listening.set()
 
     def _make_protocol(self, admission: Admission) -> asyncio.Protocol:
@@ -50,20 +52,22 @@ class _Server(uvicorn.Server):
 
 
 @asynccontextmanager
-async def serve(app: FastAPI, host: str = "127.0.0.1", port: int = 8080) -> AsyncIterator[ServerAddress]:
+async def serve(
+    app: FastAPI, host: str = "127.0.0.1", port: int = 8080, tls: ssl.SSLContext | None = None
+) -> AsyncIterator[ServerAddress]:
     """Serve ``app`` for as long as the context is entered; port 0 takes a free one.
 
     Raises:
         LinkError: the port is in use, or the host is not an address of this machine; nothing was started.
     """
     with listen(host, port) as listener:
-        async with serve_on(app, listener):
-            yield ServerAddress(host, listener.getsockname()[1])
+        async with serve_on(app, listener, tls):
+            yield ServerAddress(host, listener.getsockname()[1], tls is not None)
 
 
 @asynccontextmanager
-async def serve_on(app: FastAPI, listener: socket.socket) -> AsyncIterator[None]:
-    """Serve ``app`` on a socket that listens for as long as the context is entered."""
+async def serve_on(app: FastAPI, listener: socket.socket, tls: ssl.SSLContext | None = None) -> AsyncIterator[None]:
+    """Serve ``app`` on a socket that listens for as long as the context is entered; with ``tls`` encrypted."""
     config = uvicorn.Config(
         app,
         ws=LimitedStream,
@@ -73,10 +77,10 @@ async def serve_on(app: FastAPI, listener: socket.socket) -> AsyncIterator[None]
         log_config=None,
         access_log=False,
         server_header=False,
-        proxy_headers=False,  # whoever connects could name any address in them, and guess codes under all of them
+        proxy_headers=False,  # the application believes those of configured proxies only
         timeout_graceful_shutdown=_GRACE_S,
     )
-    server = _Server(config, app.state.limits.connections)
+    server = _Server(config, app.state.limits.connections, tls)
     # Not a TaskGroup: that would wrap the errors of the caller's own body into a group.
     serving = asyncio.create_task(server.serve(sockets=[listener]))
     try:

@@ -39,6 +39,15 @@ def run(
     *,
     port: Annotated[int | None, typer.Option(help="Port of the dashboard; overrides the configuration file.")] = None,
     operator_code_file: Annotated[Path | None, typer.Option(help=CODE_FILE_HELP, dir_okay=False)] = None,
+    tls_cert: Annotated[
+        Path | None, typer.Option(help="Certificate (PEM) by which the dashboard is encrypted.", dir_okay=False)
+    ] = None,
+    tls_key: Annotated[
+        Path | None, typer.Option(help="Key of the certificate (PEM); by default in the same file.", dir_okay=False)
+    ] = None,
+    tls: Annotated[
+        bool, typer.Option("--tls", help="Encrypt the dashboard with a certificate of the station's own.")
+    ] = False,
     headless: Annotated[bool, typer.Option("--headless", help="Run without the dashboard.")] = False,
     exit_when_done: Annotated[
         bool,
@@ -70,6 +79,11 @@ def run(
         service.api.port = port
     if operator_code_file is not None:
         service.api.operator_code_file = operator_code_file
+    if tls_key is not None and tls_cert is None:
+        raise ConfigurationError("--tls-key needs --tls-cert.")
+    if tls_cert is not None:
+        service.api.tls_cert, service.api.tls_key = tls_cert, tls_key
+    service.api.tls = service.api.tls or tls
     if headless:
         service.api.enabled = False
     stay = service.api.enabled and not exit_when_done

@@ -7,10 +7,11 @@ fields and defaults of the settings dataclasses; docs/configuration.md lists the
 
 from __future__ import annotations
 
+import ipaddress
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
 from aos_gcs.mission.command_order import MAX_AGE_S
 from aos_gcs.planning.settings import PreflightSettings
@@ -76,6 +77,11 @@ class SwarmConfig(BaseModel):
     parameters: dict[str, Any] = {}
 
 
+def _network(text: str) -> str:
+    ipaddress.ip_network(text)
+    return text
+
+
 class ApiConfig(BaseModel):
     """The dashboard."""
 
@@ -90,6 +96,23 @@ class ApiConfig(BaseModel):
     """File of accounts, by which everybody signs in instead of operators by the code."""
     anyone_observes: bool = False
     """Whether those who have not signed in may observe where there are accounts."""
+    tls: bool = False
+    """Encryption with a certificate of the station's own, which is made at the first start."""
+    tls_cert: Path | None = None
+    """File with the certificate (PEM) by which the dashboard is encrypted."""
+    tls_key: Path | None = None
+    """File with the certificate's key (PEM); by default the same file."""
+    allowed_hosts: tuple[str, ...] = ()
+    """Host names, beside ``localhost`` and IP addresses, under which the page may be opened."""
+    trusted_proxies: tuple[Annotated[str, AfterValidator(_network)], ...] = ()
+    """Addresses and networks of proxies whose headers about clients are believed."""
+
+    @model_validator(mode="after")
+    def _key_with_certificate(self) -> Self:
+        if self.tls_key is not None and self.tls_cert is None:
+            raise ValueError("tls_key needs tls_cert")
+        return self
+
     max_command_age_s: Annotated[float, Field(ge=0.5, le=30.0)] = MAX_AGE_S
     """Oldest state of the mission by which an operator may command, in real seconds: more for slow networks."""
     plans_folder: Path = Path("plans")

@@ -14,6 +14,7 @@ from aos_gcs.bridge.host import MissionHost
 from aos_gcs.mission.control import MissionCommands, MissionView
 from aos_gcs.ports import Notice
 from aos_gcs.runtime.api_start import ApiStart
+from aos_gcs.runtime.encryption import tls_files
 from aos_gcs.runtime.sign_in import announce
 from aos_gcs.runtime.supervisor import Program, Supervisor
 
@@ -52,7 +53,8 @@ class ApiSupervisor:
     @property
     def address(self) -> ServerAddress:
         """Address on which clients are served."""
-        return ServerAddress(self._start.api.host, self._listener.getsockname()[1])
+        api = self._start.api
+        return ServerAddress(api.host, self._listener.getsockname()[1], tls_files(api) is not None)
 
     async def close(self) -> None:
         """End the process."""

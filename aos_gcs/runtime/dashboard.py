@@ -10,12 +10,14 @@ from pathlib import Path
 from aos_gcs.api.app import create_app
 from aos_gcs.api.basemap_file import MISSION_BASEMAP, check_basemap
 from aos_gcs.api.server import serve, serve_on
+from aos_gcs.api.tls import server_context
 from aos_gcs.bridge.mirror import MissionMirror
 from aos_gcs.config.model import ApiConfig
 from aos_gcs.handover.model import HandoverControl
 from aos_gcs.mission.control import FindingCommands, MissionView, ReplayControl
 from aos_gcs.mission.viewing import OperationView, SortieChoice, ViewControl
 from aos_gcs.planning.settings import TerrainSettings
+from aos_gcs.runtime.encryption import tls_files
 from aos_gcs.runtime.sign_in import OperatorSecrets, announce
 
 
@@ -49,6 +51,8 @@ async def serve_flight(
         operator_file=operators.file,
         accounts=operators.accounts,
         anyone_observes=config.anyone_observes,
+        allowed_hosts=config.allowed_hosts,
+        trusted_proxies=config.trusted_proxies,
         commands=mission,
         viewer=viewer,
         handovers=handovers,
@@ -57,7 +61,8 @@ async def serve_flight(
         basemap_file=config.basemap or folder / MISSION_BASEMAP,
         upstream=mission,
     )
-    async with serve_on(app, listener):
+    files = tls_files(config)
+    async with serve_on(app, listener, None if files is None else server_context(files)):
         yield
 
 

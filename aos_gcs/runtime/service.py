@@ -26,6 +26,7 @@ from aos_gcs.ports import DriverContext
 from aos_gcs.runtime.api_start import ApiStart
 from aos_gcs.runtime.api_supervisor import open_api_process
 from aos_gcs.runtime.drivers import load_driver
+from aos_gcs.runtime.encryption import with_certificate
 from aos_gcs.runtime.sharing_supervisor import SharingSupervisor, open_sharing_process
 from aos_gcs.runtime.sign_in import operator_secrets
 from aos_gcs.runtime.workers import ANALYSIS, DECODING, GROUND
@@ -96,7 +97,9 @@ async def open_service(config: ServiceConfig, following: NextSortie | None = Non
     unfinished = None if settings.any_vehicles else unfinished_mission(config.record.folder)
     former = former_flight(config.record.folder, clock.utc_s())
     unrestored = unrestored_settings(config.record.folder)
-    start = ApiStart(config.api, secrets.code, config.record.folder, folder)
+    start = ApiStart(
+        with_certificate(config.api, config.record.folder, started), secrets.code, config.record.folder, folder
+    )
     opened = False
     try:
         async with (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,8 +12,10 @@ from aos_gcs.api.access.operator_code import random_code, read_code
 from aos_gcs.api.access.operator_file import FILE_NAME, OperatorFile
 from aos_gcs.api.access.roles import Role
 from aos_gcs.api.listener import ServerAddress
+from aos_gcs.api.tls import fingerprint
 from aos_gcs.config.model import ApiConfig
 from aos_gcs.errors import ConfigurationError
+from aos_gcs.runtime.encryption import address_for_phones, qr_text, tls_files
 
 _log = logging.getLogger(__name__)
 
@@ -60,7 +63,8 @@ def open_accounts(path: Path) -> AccountFile:
 
 
 def announce(address: ServerAddress, config: ApiConfig, code: str) -> None:
-    """Log the addresses that observers and operators open."""
+    """Log the addresses that observers and operators open, and how they recognize the station."""
+    _announce_encryption(address, config)
     if config.accounts is not None:
         _log.info("Dashboard: %s. Everybody signs in with an account of %s.", address.url, config.accounts)
         return
@@ -70,3 +74,13 @@ def announce(address: ServerAddress, config: ApiConfig, code: str) -> None:
         _log.info("Dashboard for operators: %s#code=%s", address.url, code)
     else:
         _log.info("Operators sign in there with the code in %s.", config.operator_code_file)
+
+
+def _announce_encryption(address: ServerAddress, config: ApiConfig) -> None:
+    files = tls_files(config)
+    if files is not None:
+        _log.info("Certificate %s, SHA-256 fingerprint %s", files.certificate, fingerprint(files.certificate))
+    phones = address_for_phones(address)
+    code = None if phones is None or not sys.stderr.isatty() else qr_text(phones.url)
+    if phones is not None and code is not None:
+        _log.info("For phones: %s\n%s", phones.url, code)

@@ -9,7 +9,7 @@ operator's; when a newer connection needs the place, the oldest one without a re
 from __future__ import annotations
 
 from collections import Counter, OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Container
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -48,10 +48,12 @@ class ConnectionLimits:
 
     Args:
         now_s: clock in real seconds.
+        exempt: addresses that are not counted, of proxies that speak for many clients.
     """
 
-    def __init__(self, now_s: Callable[[], float]) -> None:
+    def __init__(self, now_s: Callable[[], float], exempt: Container[str] = ()) -> None:
         self._now_s = now_s
+        self._exempt = exempt
         self._counts: Counter[str] = Counter()
         self._in_all = 0
         self._new = TokenBucket(NEW_PER_S, NEW_AT_ONCE)
@@ -73,6 +75,8 @@ class ConnectionLimits:
     def admit(self, address: str) -> Admission | None:
         """Return the admission of a new connection, to be ended by ``leave``; None where it is refused."""
         peer = group_of(address)
+        if address in self._exempt:
+            return Admission(peer, is_on_probation=False, is_counted=False)
         is_known, is_full = peer in self._known, self._counts[peer] >= CONNECTIONS_PER_PEER
         if not is_known and (is_full or self._in_all >= CONNECTIONS_IN_ALL or not self._new.take(1.0, self._now_s())):
             return None

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import asyncio
 from collections import Counter, OrderedDict
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Container, Iterable
 from http import HTTPStatus
 from typing import Final
 
@@ -41,13 +41,14 @@ class PeerLimits:
     Args:
         now_s: clock in real seconds.
         known: addresses of operators.
+        exempt: addresses of proxies, whose connections are not counted.
     """
 
-    def __init__(self, now_s: Callable[[], float], known: Iterable[str] = ()) -> None:
+    def __init__(self, now_s: Callable[[], float], known: Iterable[str] = (), exempt: Container[str] = ()) -> None:
         self._now_s = now_s
         self._budgets: OrderedDict[str, TokenBucket] = OrderedDict()
         self._followers: Counter[str] = Counter()
-        self.connections = ConnectionLimits(now_s)
+        self.connections = ConnectionLimits(now_s, exempt)
         for address in known:
             self.connections.know(address)
 
