@@ -112,6 +112,8 @@ class AttachedCamerasReport:
     images: int
     """Images delivered by all cameras."""
     cameras: tuple[AttachedCameraReport, ...]
+    min_height_above_ground_m: float | None = None
+    """Smallest true height of a vehicle above a relief so far, farther than 15 m from where it stood at first."""
 
 
 def write_report(path: Path, report: SwarmReport | AttachedCamerasReport) -> None:

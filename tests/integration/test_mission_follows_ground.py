@@ -19,7 +19,7 @@ from aos_gcs.mission.model.phase import Outcome, Phase, Suspension
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.preflight import checks
-from aos_gcs.planning.settings import FlightSettings, PreflightSettings, TerrainSettings
+from aos_gcs.planning.settings import FlightSettings, PreflightSettings, SearchSettings, TerrainSettings
 from aos_gcs.ports import Goto, LandedState, ReturnToLaunch
 from aos_gcs.runtime import virtual_time
 from tests.fakes.fleet import ORIGIN, FakeVehicle
@@ -89,6 +89,23 @@ async def test_a_mission_flies_over_a_ridge_above_the_floor_and_in_separate_laye
     assert [flight.task(number) for number in (1, 2, 3)] == [Task.LANDED] * 3
     sent_m = [one.sent_enu_m for step in flight.recorder.steps.values() for one in step.waypoints if one.sent_enu_m]
     assert np.ptp(np.array(sent_m)[:, 2]) > 2.0 * (3 - 1) + 0.5
+    check_decisions_again(flight.recorder)
+
+
+async def test_a_sweep_flies_over_a_ridge_above_the_floor_and_in_separate_layers(tmp_path: Path) -> None:
+    """Its fronts lie far ahead, and are drawn back to where straight ways stay near the layers."""
+    flight, found = over_relief(tmp_path, target=None, search=SearchSettings()), list[tuple[float, float]]()
+    async with flying(flight) as run:
+        watches = [asyncio.create_task(flight.watch_separation())]
+        watches.append(asyncio.create_task(watch_heights(flight, ridge, found)))
+        assert await run is Outcome.NOT_FOUND
+        for watch in watches:
+            watch.cancel()
+    assert sum(step.branch == "sweep" for step in flight.recorder.steps.values()) >= 10
+    heights_m, above_m = np.array(found).T
+    assert np.ptp(heights_m) > 2.0 * (3 - 1) + 1.5, "the layers rise and sink"
+    assert above_m.min() >= FLOOR_M - 1.0
+    assert flight.smallest_m >= SEPARATION_M
     check_decisions_again(flight.recorder)
 
 

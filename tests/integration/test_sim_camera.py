@@ -32,11 +32,15 @@ from aos_sim.attached.service import AttachedCameras, AttachedOptions
 from aos_sim.camera.synthetic import CheckerboardGround
 from aos_sim.swarm import SimulatedSwarm
 from aos_sim.swarm import SwarmOptions as SimulatorOptions
+from aos_sim.world.relief import Relief
 from aos_sim.world.scene import SceneParameters, build_scene
 from tests.timing import scaled_s
 
 HOST = "127.0.0.1"
 SPEED = 2.0
+VALLEY_M = 5.0
+VALLEY = Relief(np.full((2, 2), -VALLEY_M), west_m=-500.0, south_m=-500.0, cell_m=1000.0)
+"""Ground that lies below the launch points."""
 PLACE = ("latitude_deg", "longitude_deg", "absolute_altitude_m")
 
 
@@ -87,7 +91,7 @@ async def flying(
     attached = AttachedOptions(
         links=(f"udpin://{HOST}:{camera_port}",), gcs=f"udpout://{HOST}:{gcs_port}", image_size_px=32
     )
-    cameras = AttachedCameras(attached, CheckerboardGround())
+    cameras = AttachedCameras(attached, CheckerboardGround(), VALLEY)
     async with SimulatedSwarm(simulated, CheckerboardGround()) as swarm, asyncio.TaskGroup() as group:
         serving = group.create_task(cameras.run())
         yield swarm, cameras, f"udpin://{HOST}:{gcs_port}"
@@ -104,7 +108,7 @@ async def test_vehicles_without_cameras_deliver_what_the_cameras_beside_them_see
     options = script_options(2, driver)
     async with flying(autopilot, 2) as (simulated, cameras, link), open_swarm([link], options) as swarm:
         await swarm.take_off()
-        await swarm.fly_to({1: (-2.5, 5.0), 2: (2.5, 5.0)})
+        await swarm.fly_to({1: (-2.5, 20.0), 2: (2.5, 20.0)})
         result = await swarm.capture()
         assert {capture.vehicle_id for capture in result.captures} == {1, 2}
         for capture in result.captures:
@@ -115,6 +119,7 @@ async def test_vehicles_without_cameras_deliver_what_the_cameras_beside_them_see
         assert [camera.refused for camera in report.cameras] == [0, 0]
         assert all(camera.images and camera.tells_true_pose for camera in report.cameras)
         assert report.min_separation_m == pytest.approx(5.0, abs=0.5)
+        assert report.min_height_above_ground_m == pytest.approx(12.0 + VALLEY_M, abs=1.0), "that of the lowest layer"
         assert cameras.frame is not None
         assert cameras.homes_enu_m()[1] == pytest.approx((0.0, 0.0, 0.0), abs=0.02)
 

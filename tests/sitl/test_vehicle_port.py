@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import CommandError, CommandRefusedError
@@ -38,6 +39,12 @@ LINKS = {"arducopter": "AOS_SITL_ARDUCOPTER", "px4": "AOS_SITL_PX4"}
 HEIGHT_M = 10.0
 AWAY_ENU_M = (0.0, 20.0, HEIGHT_M + 2.0)
 FAR_ENU_M = (0.0, 55.0, HEIGHT_M)
+RISING_ENU_M = ((30.0, HEIGHT_M), (60.0, HEIGHT_M + 6.0), (90.0, HEIGHT_M + 6.0), (120.0, HEIGHT_M))
+"""North of where it took off, and up, of the waypoints of a sweep over a hill."""
+SWEEP_MPS = 5.0
+BRAKING_M = 12.5
+"""Distance before a waypoint at which the next one is sent: the stopping distance."""
+SPEEDING_UP_M = 15.0
 RETURN_HEIGHT_M = 18.0
 """Within the fence, which the vehicle keeps from one test to the next."""
 
@@ -122,6 +129,42 @@ async def test_a_flight_from_take_off_to_landing(driver: str, autopilot: str) ->
             assert distance_m(vehicle, frame, FAR_ENU_M) > 10.0
         finally:
             await bench.landed()
+
+
+@everywhere
+async def test_waypoints_that_move_on_are_flown_to_without_slowing_down(driver: str, autopilot: str) -> None:
+    """As on the legs of a continuous search: the next one comes long before it would brake for the last one."""
+    async with open_bench(driver, autopilot) as bench:
+        vehicle, clock, frame, after = bench.vehicle, bench.clock, bench.frame, bench.after
+        await vehicle.execute(Arm(), after(30.0))
+        try:
+            await vehicle.execute(Takeoff(HEIGHT_M), after(90.0))
+            slowest_mps, farthest_m = math.inf, 0.0
+            begin_enu_m = _place_enu_m(vehicle, frame)
+            for north_m, height_m in RISING_ENU_M:
+                start_enu_m = _place_enu_m(vehicle, frame)
+                end_enu_m = np.array((begin_enu_m[0], begin_enu_m[1] + north_m, height_m))
+                await vehicle.execute(Goto(frame.to_geodetic(end_enu_m), SWEEP_MPS), after(15.0))
+                while (place_enu_m := _place_enu_m(vehicle, frame))[1] < end_enu_m[1] - BRAKING_M:
+                    if place_enu_m[1] - begin_enu_m[1] > SPEEDING_UP_M:
+                        slowest_mps = min(slowest_mps, math.hypot(*(vehicle.state.velocity_enu_mps or ())))
+                    farthest_m = max(farthest_m, _off_line_m(place_enu_m, start_enu_m, end_enu_m))
+                    await clock.sleep(0.1)
+            assert slowest_mps > 0.8 * SWEEP_MPS
+            assert farthest_m < 0.75
+        finally:
+            await bench.landed()
+
+
+def _place_enu_m(vehicle: Vehicle, frame: LocalFrame) -> NDArray[np.float64]:
+    assert vehicle.state.position is not None
+    return frame.to_enu(vehicle.state.position)
+
+
+def _off_line_m(place_m: NDArray[np.float64], start_m: NDArray[np.float64], end_m: NDArray[np.float64]) -> float:
+    """Return the distance of a place from the straight line between two others."""
+    along = (end_m - start_m) / np.linalg.norm(end_m - start_m)
+    return float(np.linalg.norm(np.cross(place_m - start_m, along)))
 
 
 @everywhere

@@ -142,7 +142,7 @@ def sim_camera(
         errors=model,
     )
     scene = build_scene(parameters, place)
-    cameras = AttachedCameras(options, image_source(scene, model, no_render))
+    cameras = AttachedCameras(options, image_source(scene, model, no_render), scene.relief)
     asyncio.run(_serve(cameras, world_of(scene), _Files(world_file, report_file), exit_with_parent))
 
 

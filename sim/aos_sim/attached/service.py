@@ -27,7 +27,8 @@ from aos_sim.camera.server import ImageServer
 from aos_sim.errors.exposure import Motion
 from aos_sim.errors.model import RTK, ErrorModel
 from aos_sim.links import Address, Endpoint, LinkAddress, LinkKind, open_endpoint
-from aos_sim.report import AttachedCamerasReport, SeparationMonitor
+from aos_sim.report import AttachedCamerasReport, ClearanceMonitor, SeparationMonitor
+from aos_sim.world.relief import Relief
 
 _LOGGER = logging.getLogger(__name__)
 
@@ -78,9 +79,15 @@ class AttachedOptions:
 
 
 class AttachedCameras:
-    """The cameras beside all vehicles that are heard, from the first heartbeat on, for as long as :meth:`run` runs."""
+    """The cameras beside all vehicles that are heard, from the first heartbeat on, for as long as :meth:`run` runs.
 
-    def __init__(self, options: AttachedOptions, source: ImageSource) -> None:
+    Args:
+        options: links and cameras.
+        source: what the cameras see.
+        relief: shape of the ground that the heights of the report count from; None: it is level, and there are none.
+    """
+
+    def __init__(self, options: AttachedOptions, source: ImageSource, relief: Relief | None = None) -> None:
         self.frame = LocalFrame(options.origin) if options.origin is not None else None
         """The world's axes; None until its place is known."""
         self._options = options
@@ -93,6 +100,9 @@ class AttachedCameras:
         self._links: dict[int, Endpoint] = {}
         self._gcs_links: dict[int, Endpoint] = {}
         self._separation = SeparationMonitor()
+        self._relief = relief
+        self._clearances: dict[int, ClearanceMonitor] = {}
+        """Heights of each vehicle whose launch point is known."""
         self._separation_due_s = 0.0
         self._start_s = time.monotonic()
         self._start_utc_us = time.time_ns() // 1000
@@ -122,6 +132,9 @@ class AttachedCameras:
             min_separation_pair=self._separation.pair,
             images=sum(camera.images for camera in cameras),
             cameras=cameras,
+            min_height_above_ground_m=min(
+                (one.smallest_m for one in self._clearances.values() if one.smallest_m is not None), default=None
+            ),
         )
 
     async def run(self) -> None:
@@ -219,7 +232,7 @@ class AttachedCameras:
             self._flush(camera, now_s)
         if now_s >= self._separation_due_s:
             self._separation_due_s = now_s + _SEPARATION_PERIOD_S
-            self._watch_separation(now_s)
+            self._watch_positions(now_s)
 
     def _take(self, camera: AttachedCamera, shot: Shot, now_s: float) -> None:
         frame = self.frame or self._place_world()
@@ -260,7 +273,7 @@ class AttachedCameras:
         if endpoint is not None and data:
             endpoint.send(data, to)
 
-    def _watch_separation(self, now_s: float) -> None:
+    def _watch_positions(self, now_s: float) -> None:
         positions = {}
         for system_id, camera in self._cameras.items():
             moment_s = camera.telemetry.vehicle_time_s(now_s - _SEPARATION_LAG_S)
@@ -270,6 +283,15 @@ class AttachedCameras:
         places = [(place.latitude_deg, place.longitude_deg, place.altitude_amsl_m) for place in positions.values()]
         if places:
             self._separation.update(list(positions), np.column_stack(pymap3d.geodetic2ecef(*np.transpose(places))))
+        if self.frame is None or self._relief is None:
+            return
+        homes_enu_m = self.homes_enu_m()
+        for system_id, place in positions.items():
+            if system_id in homes_enu_m and system_id not in self._clearances:
+                home_enu_m = np.array(homes_enu_m[system_id])[None]
+                self._clearances[system_id] = ClearanceMonitor(home_enu_m, self._relief)
+            if system_id in self._clearances:
+                self._clearances[system_id].update(self.frame.to_enu(place)[None])
 
     def _now_s(self) -> float:
         return time.monotonic() - self._start_s
