@@ -12,6 +12,7 @@ from aos_gcs.cli.lab.effectiveness import effectiveness, fit_person, parse_densi
 from aos_gcs.cli.lab.missions import missions
 from aos_gcs.cli.lab.recordings import recordings
 from aos_gcs.cli.lab.reproduce import reproduce
+from aos_gcs.cli.lab.search import search
 
 if TYPE_CHECKING:
     from aos_gcs.lab.initialisation import Initialisation
@@ -144,6 +145,7 @@ lab.command("detectability")(detectability)
 lab.command("effectiveness")(effectiveness)
 lab.command("fit-person")(fit_person)
 lab.command("missions")(missions)
+lab.command("search")(search)
 lab.command("recordings")(recordings)
 lab.command("reproduce")(reproduce)
 

@@ -116,7 +116,7 @@ def _persons(settings: DetectabilitySettings, key: ForestKey) -> Iterator[Watche
             shown = world.view_target(poses, camera, target)
             images = world.render(poses, camera, target, rng)
             marked = [
-                _marked_cells(Frame(1, image, BANDS, pose, camera), shown, view, imaging)
+                marked_cells(Frame(1, image, BANDS, pose, camera), shown, view, imaging)
                 for view, (image, pose) in enumerate(zip(images, poses, strict=True))
             ]
             cell_m2 = shown.resolution_m**2
@@ -157,7 +157,7 @@ def _poses(place_m: NDArray[np.float64], tangents: NDArray[np.float64], rng: np.
     return [nadir_pose(position_m) for position_m in positions_m]
 
 
-def _marked_cells(frame: Frame, shown: TargetViews, view: int, settings: ImagingSettings) -> tuple[int, ...]:
+def marked_cells(frame: Frame, shown: TargetViews, view: int, settings: ImagingSettings) -> tuple[int, ...]:
     """Return the cells of the person's raster that the frame marks, where the person would be without the forest."""
     reach = round(_TOLERANCE_M / shown.resolution_m)
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * reach + 1, 2 * reach + 1))
