@@ -3,6 +3,7 @@ import Dms from "geodesy/dms.js";
 import Mgrs, { LatLon } from "geodesy/mgrs.js";
 import Utm from "geodesy/utm.js";
 import type { Place } from "./api/types";
+import { readStored, store } from "./storage";
 
 export const NOTATIONS = ["decimal", "dms", "utm", "mgrs"] as const;
 export type Notation = (typeof NOTATIONS)[number];
@@ -18,11 +19,11 @@ const UTM = /^(\d{1,2})\s*([C-HJ-NP-X])\s+(\d{6}(?:\.\d+)?)\s*M?\s*E?[\s,;]+(\d{
 const MGRS = /^(\d{1,2})\s*([C-HJ-NP-X])\s*([A-HJ-NP-Z]{2})\s*(\d{1,5}\s+\d{1,5}|\d{2,10})$/;
 
 export function storedNotation(): Notation {
-  return NOTATIONS.find((notation) => notation === localStorage.getItem(KEY)) ?? "decimal";
+  return NOTATIONS.find((notation) => notation === readStored(KEY)) ?? "decimal";
 }
 
 export function storeNotation(notation: Notation): void {
-  localStorage.setItem(KEY, notation);
+  store(KEY, notation);
 }
 
 /** Place in a notation; nearer to the poles than UTM reaches, in decimal degrees. */

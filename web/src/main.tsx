@@ -10,10 +10,13 @@ import { render } from "preact";
 import { EventSocket } from "./api/socket";
 import { App } from "./shell/app";
 import { Store } from "./state/store";
+import { chooseLanguage, storedLanguage } from "./texts";
 
 const root = document.getElementById("app");
 if (root === null) throw new Error("index.html has no element 'app'");
 
+// Without the file of its language the page speaks English: what matters is that it is there.
+await chooseLanguage(storedLanguage()).catch((error: unknown) => console.warn("The language cannot be loaded.", error));
 const store = new Store();
 const scheme = location.protocol === "https:" ? "wss" : "ws";
 const stream = new EventSocket(`${scheme}://${location.host}/api/events`, {

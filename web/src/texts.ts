@@ -1,318 +1,64 @@
-/** All texts of the page, by namespace; those of larger views have files of their own. A translation has the same shape. */
-import type { Action } from "./api/types";
-import type { ViewName } from "./shell/route";
-import { decide, handover, report } from "./texts/decide";
-import { attention, fleet, heights, relay, target, vehicle } from "./texts/fly";
-import { names } from "./texts/names";
-import { plan } from "./texts/plan";
-import { focus, see } from "./texts/see";
-import * as team from "./texts/team";
-import { understand } from "./texts/understand";
-import type { Theme } from "./theme";
+/**
+ * Texts of the page in the language that is chosen on this screen.
+ *
+ * `texts` is a live binding: read it while something is rendered or said, and keep none of its strings in a constant of a
+ * module, since the language may change.
+ */
+import { readStored, store } from "./storage";
+import { english } from "./texts/english";
+import { type StationText, translator } from "./texts/station";
 
-const CONSEQUENCE: Readonly<Partial<Record<Action, string>>> = {
-  start: "The motors start. Keep people clear of the launch points.",
-  join: "The motors start. Keep people clear of the launch points.",
-  return: "The vehicles stop searching and fly home to their launch points.",
-  land: "The vehicles descend where they are, onto whatever is below them.",
-  ready:
-    "The motors may start at any time, once. Confirm it only when the battery is changed and everybody is clear of it.",
-  abort: "The mission ends and cannot be resumed. All vehicles return home.",
-  focus:
-    "This changes the whole mission from its next step on: the images on all screens and the search for anomalies.",
+/** The same tree with any strings: what a translation has to provide. */
+type Translated<T> = T extends string
+  ? string
+  : T extends (...values: infer Values) => string
+    ? (...values: Values) => string
+    : { readonly [Key in keyof T]: Translated<T[Key]> };
+
+export type Texts = Translated<typeof english>;
+
+/** A language, as one file of `texts` exports it. */
+export interface Catalogue {
+  readonly texts: Texts;
+  /** Texts of the station in English, with names for what it fills in, and their translations. */
+  readonly station: readonly StationText[];
+}
+
+export const LANGUAGES = ["en", "de"] as const;
+export type Language = (typeof LANGUAGES)[number];
+
+/** Name of each language in itself. */
+export const LANGUAGE_NAMES: Readonly<Record<Language, string>> = { en: "English", de: "Deutsch" };
+
+const LOADERS: Readonly<Record<Language, () => Promise<Catalogue>>> = {
+  en: () => Promise.resolve({ texts: english, station: [] }),
+  de: async () => (await import("./texts/german")).german,
 };
 
-const VIEW: Readonly<Record<ViewName, string>> = {
-  plan: "Plan",
-  prepare: "Prepare",
-  fly: "Fly",
-  see: "See",
-  understand: "Understand",
-  decide: "Decide",
-};
-const THEME: Readonly<Record<Theme, string>> = { dark: "Dark", light: "Light", contrast: "Sunlight" };
+const KEY = "aos-gcs-language";
 
-export const texts = {
-  title: "aos-gcs",
-  waiting: "Waiting for data from the mission …",
-  noData: "no data",
-  unavailable: "Not available in this phase",
-  onGround: "Not available: the selected vehicles have landed",
-  names,
-  requests: {
-    disconnected: "Not sent: no connection to the station. Use the remote control.",
-    notSent: "Not confirmed: the station cannot be reached. Try again, or use the remote control.",
-    unreadableAnswer: "The station's answer cannot be read. Check the modes of the vehicles.",
-  },
-  connection: {
-    connecting: "Connecting …",
-    open: "Connected",
-    lost: "Disconnected",
-    incompatible: "Reload required",
-    silent: "No response",
-    lostBanner:
-      "No connection to the station: values are out of date. Reconnecting … Use the remote control if needed.",
-    incompatibleBanner: "This page and the station have different versions. Reload the page.",
-    silentBanner:
-      "The mission does not respond: values are out of date, and commands may have no effect. Have the pilots ready.",
-    lostSurveyBanner: "No connection to the station: what is shown is out of date. Reconnecting …",
-    silentSurveyBanner: "The survey does not respond: what is shown is out of date, and decisions may not be kept.",
-    anotherMission: (id: string, formerId: string) => `New mission ${id} (previous: ${formerId})`,
-    silentFor: (age: string) => `No response for ${age}.`,
-    missed: (count: number) =>
-      count === 1
-        ? "1 event was missed while this page was disconnected. See the mission record."
-        : `${count} events were missed while this page was disconnected. See the mission record.`,
-  },
-  header: {
-    phase: "Phase",
-    elapsed: "Elapsed time",
-    outcome: "Result",
-    step: "Step",
-    separation: "Closest distance",
-    holdAll: "HOLD ALL",
-    holdAllKey: "Key H",
-    holdAllHint: "Stop all vehicles where they are. Key H, or Alt+H while typing.",
-    observerHint: "Observers cannot send commands. Sign in with the operator code.",
-  },
-  survey: {
-    phase: (isDone: boolean) => (isDone ? "Examined" : "Examining"),
-    window: "Window",
-    frames: (count: number) => (count === 1 ? "1 frame" : `${count} frames`),
-    fit: "Fit to survey",
-    ground: (height: string) => `Ground, ${height}`,
-    datum: "Positions are WGS 84. Times count from the start of the examination. Errors are one standard deviation.",
-    survey: "Survey",
-    message: "Message",
-    area: "Area in view",
-    label: (kind: string, window: number, height: string) => `${kind}, window ${window}, plane at ${height}`,
-    latestLabel: (kind: string, window: number) => `${kind}, window ${window}`,
-    compareHint: "Then select another window or height for the right image.",
-  },
-  signIn: {
-    title: "Sign in as operator",
-    name: "Name, for the audit log",
-    code: "Operator code, printed by the station at its start",
-    submit: "Sign in",
-    observe: "Continue as observer",
-    open: "Sign in",
-    signedInAs: (name: string) => `Operator ${name}`,
-    signOut: "Sign out",
-    expired: "Your sign-in has expired. Sign in again",
-  },
-  nav: {
-    label: "Views",
-    view: VIEW,
-    key: (key: string) => `Key ${key}`,
-    broken: "This view failed. The other views still work, and so does HOLD ALL. Select the view again to retry.",
-  },
-  dialog: { close: "Close the window" },
-  settings: {
-    open: "Settings",
-    theme: "Theme",
-    themes: THEME,
-    alerts: "Alert sounds",
-    voice: { off: "Off", sound: "Sound", speech: "Sound and speech" },
-    notation: "Coordinates",
-    units: "Units",
-    unitNames: { metric: "Metric", imperial: "Imperial" },
-    close: "Close",
-  },
-  places: {
-    notation: { decimal: "Decimal", dms: "DMS", utm: "UTM", mgrs: "MGRS" },
-    label: "Position, in any notation",
-    unreadable: "Enter latitude and longitude, UTM with zone and band, or MGRS",
-  },
-  scope: {
-    label: "Send to",
-    selection: "Selection",
-    clear: "Clear selection",
-    mission: "the mission",
-    waiting: "all of the mission on the ground",
-    all: (count: number) => `all ${count}`,
-    some: (ids: readonly number[], count: number) => `${ids.length} of ${count}: ${ids.join(", ")}`,
-  },
-  actions: {
-    panel: "Commands",
-    consequence: CONSEQUENCE,
-    cancel: "Cancel",
-    holdTo: (action: Action) => `Hold to ${names.action[action].toLowerCase()}`,
-    results: "Recent commands",
-    noResults: "No command has been sent from this page yet.",
-    pending: "Sending …",
-    unconfirmed: "Not confirmed: use the remote control",
-    accepted: "Accepted",
-    refused: "refused",
-    summary: (accepted: number, refused: number) =>
-      refused === 0 ? `${accepted} accepted` : `${accepted} accepted, ${refused} refused`,
-    dismiss: "Dismiss",
-  },
-  alerts: {
-    panel: "Alerts",
-    none: "No open alerts",
-    times: (count: number) => `${count}×`,
-    vehicle: (id: number, text: string) => `Vehicle ${id}: ${text}`,
-    vehicles: (count: number, ids: string, text: string) => `${count} vehicles (${ids}): ${text}`,
-    show: "Show",
-    showFinding: (id: number) => `Show finding ${id}`,
-    acknowledge: "Acknowledge",
-    acknowledgeAll: (count: number) => `Acknowledge all ${count}`,
-    more: (count: number) => `${count} more`,
-    connectionLost: "Connection to the station lost",
-    missionSilent: "The mission does not respond",
-    acknowledged: (operator: string, time: string) => `acknowledged by ${operator || "an operator"}, ${time}`,
-  },
-  keys: {
-    title: "Keyboard shortcuts",
-    list: [
-      ["H", "Hold all vehicles; Alt+H while typing"],
-      ["P R F S U D", "Plan, Prepare, Fly, See, Understand, Decide"],
-      ["1 … 9", "Select a vehicle by number; type 1 2 for vehicle 12"],
-      ["Shift + number", "Add a vehicle to the selection"],
-      ["A", "Select all vehicles"],
-      ["Escape", "Clear the selection; close a window"],
-      ["Ctrl+Z", "Plan: undo; with Shift: redo"],
-      ["?", "Settings and keyboard shortcuts"],
-      ["Space", "Replay: play, pause"],
-      ["← →", "Replay: 10 s back, forward"],
-      [", .", "Replay: previous, next step"],
-      ["[ ]", "Replay: previous, next event"],
-      ["+ −", "Replay: faster, slower"],
-    ],
-    ofSurvey: [
-      ["S D", "See, Decide"],
-      ["Escape", "Close a window"],
-      ["?", "Settings and keyboard shortcuts"],
-    ],
-  },
-  map: {
-    panel: "Map",
-    canvas: "Interactive map",
-    fit: "Fit to fleet",
-    layers: "Layers",
-    picture: "Image",
-    noPicture: "None",
-    opacity: "Opacity",
-    chooseBasemap: "Base map file (PMTiles)",
-    forgetBasemap: (name: string) => `Remove ${name}`,
-    notBasemap: (name: string) =>
-      `${name} is no complete PMTiles file that browsers read. Make one with aos-gcs basemap.`,
-    noWebGl: "The map needs WebGL, which this browser does not provide. Everything else on this page works.",
-    noOrigin: "The map appears when the first vehicle has reported its position.",
-    cursor: "Cursor position",
-    layer: {
-      basemap: "Base map",
-      shading: "Hill shading",
-      contours: "Contour lines (above sea level)",
-      searched: "Searched ground",
-      grid: "Metric grid",
-      area: "Search area, geofence, no-go zones",
-      legs: "Scan legs",
-      homes: "Launch points",
-      footprints: "Camera footprints",
-      trails: "Trails",
-      waypoints: "Waypoints",
-      targets: "Targets",
-      heights: "Heights of all vehicles",
-      vehicles: "Vehicles",
-    },
-    target: (trackId: number) => (trackId === 0 ? "Target" : `Target ${trackId}`),
-  },
-  team,
-  sharing: {
-    panel: "Live sharing",
-    sentAt: (time: string) => `Last sent ${time}.`,
-    lost: (count: number) => `${count} ${count === 1 ? "message" : "messages"} given up.`,
-  },
-  searched: {
-    panel: "Search",
-    seen: "Area seen",
-    leg: "Leg",
-    legOf: (leg: number, legs: number) => `${leg} of ${legs}`,
-    left: "Time left on the legs",
-    standing: "Detection, standing",
-    sitting: "Detection, sitting",
-    lying: "Detection, lying",
-    soon: "Detection, standing, with 10 more minutes",
-    views: "Independent views",
-    leftOut: "Frames not mapped",
-    file: { tif: "GeoTIFF", geojson: "Gaps (GeoJSON)" },
-    detectionLegend: { title: "Probability of detection, standing person", low: "0 %", high: "100 %" },
-    viewsLegend: { title: "Independent views", low: "0", high: "30 or more" },
-  },
-  heights,
-  fleet,
-  attention,
-  vehicle,
-  relay,
-  target,
-  see,
-  focus,
-  understand,
-  replay: {
-    bar: "Replay",
-    mark: "REPLAY",
-    time: "Time in the recording",
-    play: "Play",
-    stop: "Pause",
-    stepBefore: "‹ Step",
-    stepAfter: "Step ›",
-    eventBefore: "‹ Event",
-    eventAfter: "Event ›",
-    events: "Events and findings",
-    finding: (findingId: number, status: string) => `Finding ${findingId} (${status})`,
-    more: (count: number) => `and ${count} more`,
-    speed: "Speed",
-    times: (speed: number) => `${speed}×`,
-    phaseAt: (phase: string, time: string) => `${phase}, from ${time}`,
-  },
-  events: {
-    panel: "Events",
-    none: "No events yet.",
-    all: "All",
-    missionTime: (time: string) => `Mission time ${time}`,
-    missing: (count: number) => `${count} events not shown. See the mission record.`,
-  },
-  prepare: {
-    panel: "Preflight checks",
-    none: "The checks start when vehicles are connected.",
-    vehicle: "Vehicle",
-    vehicles: "Vehicles",
-    mission: "Mission",
-    status: { pass: "passed", warn: "warning", fail: "failed" },
-    overridden: "overridden",
-    cell: (check: string, subject: string, status: string) => `${check}, ${subject}: ${status}`,
-    detail: "Check",
-    choose: "Select a check to see its result and what to do.",
-    found: "Result",
-    remedy: "What to do",
-    overriddenBy: (name: string) => (name === "" ? "Overridden" : `Overridden by ${name}`),
-    takeBack: "Remove override",
-    override: "Override",
-    reason: "Reason, for the audit log",
-    notOverridable: "This check cannot be overridden.",
-    fleet: "Vehicles to fly",
-    confirmed: (ids: string) => `Confirmed: ${ids}. Only these are armed.`,
-    unconfirmed: "Not confirmed yet. Only confirmed vehicles are armed.",
-    confirm: (count: number) => `Confirm ${count} vehicles`,
-    launch: "Launch",
-    blockers: "Blocking issues",
-    noBlockers: (warnings: number) => {
-      if (warnings === 0) return "Ready to launch";
-      return warnings === 1 ? "Ready to launch, 1 warning" : `Ready to launch, ${warnings} warnings`;
-    },
-    inFlight: "The mission has started. The checks show the state at its start.",
-    over: "The mission is over. A new sortie keeps this page, the sign-in and the findings, and proposes what is left of the area.",
-  },
-  fields: {
-    notNumber: "Enter a number",
-    range: (min: number, max: number) => {
-      if (max === Infinity) return `Enter ${min} or more`;
-      return min === -Infinity ? `Enter ${max} or less` : `Enter a number from ${min} to ${max}`;
-    },
-  },
-  plan,
-  decide,
-  handover,
-  report,
-} as const;
+export let texts: Texts = english;
+let chosen: Language = "en";
+let translate = translator([]);
+
+export const chosenLanguage = (): Language => chosen;
+
+/** Show a language from now on; what is on the screen already has to be rendered anew. Fails if it cannot be loaded. */
+export async function chooseLanguage(language: Language): Promise<void> {
+  const catalogue = await LOADERS[language]();
+  texts = catalogue.texts;
+  translate = translator(catalogue.station);
+  chosen = language;
+  if (typeof document !== "undefined") document.documentElement.lang = language;
+}
+
+/** Text of the station in the chosen language; one that its catalogue lacks stays in English. */
+export const said = (text: string): string => translate(text);
+
+/** Language that was chosen on this screen; before, the first one of the browser that the page has. */
+export function storedLanguage(): Language {
+  const wanted = [readStored(KEY), ...navigator.languages].map((tag) => tag?.split("-")[0]);
+  return wanted.flatMap((tag) => LANGUAGES.filter((language) => language === tag))[0] ?? "en";
+}
+
+export const storeLanguage = (language: Language): void => store(KEY, language);

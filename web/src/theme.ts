@@ -1,5 +1,6 @@
 /** Themes dark, light, and black on white for sunlight: the operator's choice, otherwise that of the system. */
 import { useEffect, useState } from "preact/hooks";
+import { readStored, store } from "./storage";
 
 export const THEMES = ["dark", "light", "contrast"] as const;
 export type Theme = (typeof THEMES)[number];
@@ -7,7 +8,7 @@ export type Theme = (typeof THEMES)[number];
 const KEY = "aos-gcs-theme";
 
 function initialTheme(): Theme {
-  const chosen = THEMES.find((theme) => theme === localStorage.getItem(KEY));
+  const chosen = THEMES.find((theme) => theme === readStored(KEY));
   if (chosen !== undefined) return chosen;
   if (matchMedia("(prefers-contrast: more)").matches) return "contrast";
   return matchMedia("(prefers-color-scheme: light)").matches ? "light" : "dark";
@@ -24,7 +25,7 @@ export function useTheme(): [Theme, (theme: Theme) => void] {
     return () => query.removeEventListener("change", follow);
   }, []);
   const choose = (chosen: Theme): void => {
-    localStorage.setItem(KEY, chosen);
+    store(KEY, chosen);
     setTheme(chosen);
   };
   return [theme, choose];

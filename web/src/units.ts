@@ -2,6 +2,7 @@
  * Units of lengths, areas and speeds on this screen. Values are metric everywhere inside; `quantity` and number fields
  * convert them at the edge.
  */
+import { readStored, store } from "./storage";
 
 export const UNITS = ["metric", "imperial"] as const;
 export type Units = (typeof UNITS)[number];
@@ -32,8 +33,8 @@ export function chooseUnits(units: Units): void {
   chosen = units;
 }
 
-export const storedUnits = (): Units => UNITS.find((units) => units === localStorage.getItem(KEY)) ?? "metric";
-export const storeUnits = (units: Units): void => localStorage.setItem(KEY, units);
+export const storedUnits = (): Units => UNITS.find((units) => units === readStored(KEY)) ?? "metric";
+export const storeUnits = (units: Units): void => store(KEY, units);
 
 /** How a metric unit is shown; other units, such as seconds, are the same for all. */
 export const shownUnit = (unit: string): ShownUnit =>

@@ -1,5 +1,5 @@
 /** Requests to the station. Refusals and lost connections are values, since the operator has to read them. */
-import { texts } from "../texts";
+import { said, texts } from "../texts";
 import { isMissedEvents } from "./check";
 import { noteSeen, SEEN_HEADER, seenHeader } from "./seen";
 import type { Action, ActionResponse, Basemap, ErrorBody, MissedEvents, PreflightCheck, Session } from "./types";
@@ -46,7 +46,7 @@ export async function request<T>(
     noteSeen(response.headers.get(SEEN_HEADER));
     const value: unknown = response.status === 204 ? null : await response.json();
     if (response.ok && isExpected(value)) return { ok: true, value };
-    const message = isErrorBody(value) ? value.message : texts.requests.unreadableAnswer;
+    const message = isErrorBody(value) ? said(value.message) : texts.requests.unreadableAnswer;
     return { ok: false, message, status: response.status };
   } catch {
     return { ok: false, message: texts.requests.notSent };

@@ -1,6 +1,6 @@
 /** The hand-over on paper, and the flight log. */
 import type { Notation } from "../coordinates";
-import { texts } from "../texts";
+import { said, texts } from "../texts";
 import type { Answer } from "./client";
 
 /** Time after which a hand-over without an answer counts as lost: the station takes two minutes at most. */
@@ -24,7 +24,7 @@ export async function readHandover(notation: Notation): Promise<Answer<Blob>> {
     const response = await fetch(handoverUrl(notation), { signal: AbortSignal.timeout(LOST_AFTER_MS) });
     if (response.ok) return { ok: true, value: await response.blob() };
     const body = (await response.json()) as { message?: unknown };
-    const message = typeof body.message === "string" ? body.message : texts.requests.unreadableAnswer;
+    const message = typeof body.message === "string" ? said(body.message) : texts.requests.unreadableAnswer;
     return { ok: false, message, status: response.status };
   } catch {
     return { ok: false, message: texts.requests.notSent };

@@ -1,7 +1,7 @@
 /** Event stream: one WebSocket that reconnects on its own. Holds go by it, too. */
 import { applyChanges } from "./changes";
 import { checkedMission, ProtocolError, parseServerMessage } from "./check";
-import { texts } from "../texts";
+import { said, texts } from "../texts";
 import { type ActionAnswer, readMissedEvents } from "./client";
 import type { HoldStream } from "./hold";
 import { noteSeen } from "./seen";
@@ -188,5 +188,5 @@ export class EventSocket implements HoldStream {
 
 function answerOf({ status, response, error }: StreamAnswer): ActionAnswer {
   if (response !== null) return { ok: true, value: response };
-  return { ok: false, message: error?.message ?? texts.requests.unreadableAnswer, status };
+  return { ok: false, message: error === null ? texts.requests.unreadableAnswer : said(error.message), status };
 }

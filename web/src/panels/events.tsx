@@ -8,13 +8,12 @@ import { findingText } from "../shell/finding_text";
 import { routeHash } from "../shell/route";
 import { acknowledgementByNotice, SEVERITIES } from "../state/alerts";
 import { findingOfTrack } from "../state/findings";
-import { texts } from "../texts";
+import { said, texts } from "../texts";
 import { Choice } from "../ui/choice";
 import { Panel } from "../ui/panel";
 
 /** Lowest severity that is shown. */
 const FILTERS = ["info", "warning", "critical"] as const satisfies readonly Severity[];
-const WORDS: Readonly<Record<Severity, string>> = { ...texts.names.severity, info: texts.events.all };
 
 const rank = (severity: Severity): number => SEVERITIES.indexOf(severity);
 
@@ -53,7 +52,7 @@ export function EventsPanel({ notices, acknowledgements }: Props) {
       testId="events"
       values={FILTERS}
       chosen={lowest}
-      labels={WORDS}
+      labels={{ ...texts.names.severity, info: texts.events.all }}
       onChoose={setLowest}
     />
   );
@@ -99,9 +98,9 @@ function EventWords({
   finding,
   notation,
 }: Pick<ItemProps, "notice" | "finding" | "notation">) {
-  if (finding === null) return id === null ? text : texts.alerts.vehicle(id, text);
+  if (finding === null) return id === null ? said(text) : texts.alerts.vehicle(id, said(text));
   return (
-    <a href={routeHash("decide", { finding: String(finding.finding_id) })} title={text}>
+    <a href={routeHash("decide", { finding: String(finding.finding_id) })} title={said(text)}>
       {findingText(finding, notation)}
     </a>
   );

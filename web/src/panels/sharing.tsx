@@ -1,7 +1,7 @@
 /** Live sharing: which systems of others receive, which do not and why. */
 import type { Mission } from "../api/types";
 import { timeOfDay } from "../format";
-import { texts } from "../texts";
+import { said, texts } from "../texts";
 import { Panel } from "../ui/panel";
 
 type Channel = Mission["sharing"][number];
@@ -12,7 +12,7 @@ export function SharingPanel({ channels }: { channels: readonly Channel[] }) {
     <Panel title={texts.sharing.panel} testId="sharing" class="sharing">
       {channels.map((channel) => (
         <p key={channel.name} data-testid={`sharing-${channel.name}`} title={channel.target}>
-          <strong>{channel.name}</strong> <span class={isTrouble(channel) ? "is-bad" : ""}>{channel.text}.</span>{" "}
+          <strong>{channel.name}</strong> <span class={isTrouble(channel) ? "is-bad" : ""}>{said(channel.text)}.</span>{" "}
           {sentText(channel)}
         </p>
       ))}

@@ -3,7 +3,7 @@ import type { Target } from "../api/types";
 import { type Notation, written } from "../coordinates";
 import { eastNorth, likelihood, quantity } from "../format";
 import { useShell } from "../shell/context";
-import { texts } from "../texts";
+import { said, texts } from "../texts";
 import { Panel } from "../ui/panel";
 
 export function TargetsPanel({ targets }: { targets: readonly Target[] }) {
@@ -35,7 +35,7 @@ function TargetFacts({ target, notation }: { target: Target; notation: Notation 
       <dd class="small" data-testid="target-person">
         {texts.target.taken(texts.names.findingKind[kind], likelihood(person))}
       </dd>
-      {reasons.length > 0 && <dd class="small">{reasons.join("; ")}</dd>}
+      {reasons.length > 0 && <dd class="small">{reasons.map(said).join("; ")}</dd>}
     </dl>
   );
 }

@@ -1,6 +1,6 @@
 /** Contents of the timeline of a replay, and the meaning of its keys. Pure functions. */
 import type { Phase, ReplayRequest, Severity, Timeline } from "../api/types";
-import { texts } from "../texts";
+import { said, texts } from "../texts";
 
 export const SPEEDS = [0.5, 1, 2, 4, 8, 16] as const;
 
@@ -45,7 +45,7 @@ export function phaseSpans({ phases, replay }: Timeline): Span[] {
 export function marksOf({ notices, findings }: Timeline): Mark[] {
   const { alerts, names, replay } = texts;
   const noticed = notices.map(({ time_s, severity: kind, text, vehicle_id: id }): Mark => {
-    return { time_s, kind, text: id === null ? text : alerts.vehicle(id, text) };
+    return { time_s, kind, text: id === null ? said(text) : alerts.vehicle(id, said(text)) };
   });
   const found = findings.map(({ time_s, finding_id: id, status }): Mark => {
     return { time_s, kind: "finding", text: replay.finding(id, names.finding[status]) };

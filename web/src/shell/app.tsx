@@ -7,7 +7,7 @@ import { isSilent } from "../state/freshness";
 import { may } from "../state/roles";
 import { NO_SELECTION, retain, select, typeDigit } from "../state/selection";
 import type { Store } from "../state/store";
-import { texts } from "../texts";
+import { chooseLanguage, chosenLanguage, storeLanguage, texts } from "../texts";
 import { useTheme } from "../theme";
 import { chooseUnits, storedUnits, storeUnits } from "../units";
 import { DialogCorner } from "../ui/dialog";
@@ -40,6 +40,7 @@ export function App({ store, stream }: { store: Store; stream: HoldStream }) {
   const [notation, setNotation] = useState(storedNotation);
   const [units, setUnits] = useState(storedUnits);
   chooseUnits(units);
+  const [language, setLanguage] = useState(chosenLanguage);
   const [isSigningIn, setSigningIn] = useState(access.code !== "" || access.invitation !== "");
   const [areSettingsOpen, setSettingsOpen] = useState(false);
   const [selection, changeSelection] = useState(NO_SELECTION);
@@ -126,8 +127,8 @@ export function App({ store, stream }: { store: Store; stream: HoldStream }) {
           {mission?.replay && (
             <ReplayBar replay={mission.replay} missionId={mission.mission_id} mayControl={isOperator} />
           )}
-          {/* With other units everything is written anew. */}
-          <main key={units} class={`view view-${route.view}`} aria-label={texts.nav.view[route.view]}>
+          {/* With other units, or in another language, everything is written anew. */}
+          <main key={`${units} ${language}`} class={`view view-${route.view}`} aria-label={texts.nav.view[route.view]}>
             <Boundary key={`${route.view} ${mission?.mission_id ?? ""}`}>
               <View />
             </Boundary>
@@ -155,6 +156,12 @@ export function App({ store, stream }: { store: Store; stream: HoldStream }) {
               onUnits={(chosen) => {
                 storeUnits(chosen);
                 setUnits(chosen);
+              }}
+              language={language}
+              onLanguage={async (chosen) => {
+                await chooseLanguage(chosen);
+                storeLanguage(chosen);
+                setLanguage(chosen);
               }}
               onClose={() => setSettingsOpen(false)}
             />

@@ -37,7 +37,7 @@ export interface Commands {
   dismissReports(): void;
 }
 
-const NOT_SENT: ActionAnswer = { ok: false, message: texts.requests.disconnected };
+const notSent = (): ActionAnswer => ({ ok: false, message: texts.requests.disconnected });
 
 interface Page {
   readonly mission: Mission | null;
@@ -70,7 +70,7 @@ export function useCommands({ mission, selection, isConnected, stream, onForbidd
     const overdue = setTimeout(() => change({ isOverdue: true }), CONFIRMED_WITHIN_MS);
     const isHoldOfAll = command.action === "hold" && command.vehicleIds === null;
     const sent = (): Promise<ActionAnswer> => (isHoldOfAll ? holdAll(stream) : postAction(command));
-    const answer = mayArrive ? await sent() : NOT_SENT;
+    const answer = mayArrive ? await sent() : notSent();
     clearTimeout(overdue);
     if (!answer.ok && answer.status === FORBIDDEN) onForbidden();
     change({ answer });

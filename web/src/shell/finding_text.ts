@@ -4,6 +4,12 @@ import { type Notation, written } from "../coordinates";
 import { eastNorth, likelihood, quantity } from "../format";
 import { texts } from "../texts";
 
+/** A finding as it is spoken: what, how likely, and which one; where it is stands on the screen. */
+export function spokenFinding({ kind, person_confidence: confidence, finding_id: id }: Finding): string {
+  const likely = confidence === null ? "" : `, ${likelihood(confidence)}`;
+  return `${texts.names.findingKind[kind]}${likely}. ${texts.decide.finding(id)}`;
+}
+
 export function findingText(finding: Finding, notation: Notation): string {
   const { kind, person_confidence: confidence, position, sigma_m, finding_id: id } = finding;
   const { latitude_deg, longitude_deg, east_m, north_m } = position;

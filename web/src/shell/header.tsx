@@ -4,7 +4,7 @@ import type { Connection } from "../api/socket";
 import type { Mission, Session } from "../api/types";
 import { duration, quantity } from "../format";
 import { may } from "../state/roles";
-import { texts } from "../texts";
+import { said, texts } from "../texts";
 import "./accounts.css";
 import { ControlButton } from "./control";
 import { HoldAll } from "./hold_all";
@@ -31,8 +31,8 @@ export function Header(props: Props) {
       {mission && <Facts mission={mission} isSurvey={isSurvey} />}
       <div class="words">
         {children}
-        <p class="message" data-testid="message" role="status" title={mission?.message}>
-          {mission?.message ?? texts.waiting}
+        <p class="message" data-testid="message" role="status" title={mission ? said(mission.message) : undefined}>
+          {mission ? said(mission.message) : texts.waiting}
         </p>
       </div>
       <span class={`connection is-${connection}`} data-testid="connection" data-state={connection} role="status">
@@ -102,7 +102,7 @@ function Facts({ mission, isSurvey }: { mission: Mission; isSurvey: boolean }) {
 
 function Fact({ name, value, testId }: { name: string; value: string; testId: string }) {
   return (
-    <div>
+    <div class={`fact-${testId}`}>
       <dt>{name}</dt>
       <dd data-testid={testId}>{value}</dd>
     </div>

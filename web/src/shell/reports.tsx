@@ -1,6 +1,6 @@
 /** Results of the recent commands for each vehicle, refusals first. */
 import type { ActionResponse } from "../api/types";
-import { texts } from "../texts";
+import { said, texts } from "../texts";
 import type { Report } from "./commands";
 
 interface Props {
@@ -49,7 +49,7 @@ function ReportItem({ report: { label, answer, isOverdue }, isNewest, isBrief }:
               data-accepted={result.accepted}
             >
               <b>{result.vehicle_id}</b>
-              {!result.accepted && ` ${texts.actions.refused}`}: {result.text}
+              {!result.accepted && ` ${texts.actions.refused}`}: {said(result.text)}
             </li>
           ))}
         </ul>

@@ -1,6 +1,8 @@
-/** Settings of this screen: theme, alert sounds and notation of positions, and the list of keyboard shortcuts. */
+/** Settings of this screen: theme, alert sounds, notation, units and language, and the list of keyboard shortcuts. */
+import { useState } from "preact/hooks";
 import { type Notation, NOTATIONS } from "../coordinates";
-import { texts } from "../texts";
+import { isStorageWorking } from "../storage";
+import { type Language, LANGUAGE_NAMES, LANGUAGES, texts } from "../texts";
 import { type Theme, THEMES } from "../theme";
 import { type Units, UNITS } from "../units";
 import { Choice, type ChoiceProps } from "../ui/choice";
@@ -21,11 +23,15 @@ interface Props {
   onNotation(notation: Notation): void;
   units: Units;
   onUnits(units: Units): void;
+  language: Language;
+  /** Fails if the language cannot be loaded. */
+  onLanguage(language: Language): Promise<void>;
   onClose(): void;
 }
 
 export function Settings({ access, isSurvey, theme, onTheme, voice, onVoice, ...props }: Props) {
-  const { notation, onNotation, units, onUnits, onClose } = props;
+  const { notation, onNotation, units, onUnits, language, onLanguage, onClose } = props;
+  const [isLoaded, setLoaded] = useState(true);
   const { settings } = texts;
   return (
     <Dialog title={settings.open} testId="settings" onClose={onClose}>
@@ -61,6 +67,29 @@ export function Settings({ access, isSurvey, theme, onTheme, voice, onVoice, ...
         labels={settings.unitNames}
         onChoose={onUnits}
       />
+      <Setting
+        label={settings.language}
+        testId="language"
+        values={LANGUAGES}
+        chosen={language}
+        labels={LANGUAGE_NAMES}
+        onChoose={(chosen) => {
+          onLanguage(chosen).then(
+            () => setLoaded(true),
+            () => setLoaded(false),
+          );
+        }}
+      />
+      {!isStorageWorking() && (
+        <p class="is-warning" role="alert" data-testid="storage-problem">
+          {settings.notStored}
+        </p>
+      )}
+      {!isLoaded && (
+        <p class="is-bad" role="alert" data-testid="language-problem">
+          {settings.notLoaded}
+        </p>
+      )}
       {access.session?.accounts && access.session.role === "administrator" && <Accounts />}
       <h3>{texts.keys.title}</h3>
       <KeyList isSurvey={isSurvey} />

@@ -1,9 +1,11 @@
 /** Hook for open alerts; each new one is announced once. */
 import { useEffect, useMemo, useRef } from "preact/hooks";
 import { ranges } from "../format";
+import { findingOfTrack } from "../state/findings";
 import type { State } from "../state/state";
-import { texts } from "../texts";
+import { said, texts } from "../texts";
 import { type Alert, openAlerts } from "../state/alerts";
+import { spokenFinding } from "./finding_text";
 import { announce, type Voice } from "./voice";
 
 export function useAlerts({ notices, connection, mission }: State, isSilent: boolean, voice: Voice): readonly Alert[] {
@@ -21,7 +23,9 @@ export function useAlerts({ notices, connection, mission }: State, isSilent: boo
     const until = announcedUntil.current ?? latest;
     announcedUntil.current = latest;
     const worst = alerts.find((alert) => alert.id > until);
-    if (worst !== undefined) announce(voice, worst.severity, alertText(worst));
+    if (worst === undefined) return;
+    const finding = findingOfTrack(mission.findings, worst.trackId);
+    announce(voice, worst.severity, finding === null ? alertText(worst) : spokenFinding(finding));
   }, [alerts]);
   useEffect(() => {
     if (connection === "lost") announce(voice, "critical", texts.alerts.connectionLost);
@@ -34,8 +38,9 @@ export function useAlerts({ notices, connection, mission }: State, isSilent: boo
 }
 
 /** Alert as one sentence. */
-export function alertText({ vehicleIds, text }: Alert): string {
+export function alertText({ vehicleIds, text: english }: Alert): string {
   const [first, ...others] = vehicleIds;
+  const text = said(english);
   if (first === undefined) return text;
   return others.length === 0
     ? texts.alerts.vehicle(first, text)

@@ -4,6 +4,7 @@ import { type Answer, joinByInvitation, readSession, signIn, signInByAccount, si
 import { untilAnswered } from "../api/persistence";
 import type { Connection } from "../api/socket";
 import type { Session } from "../api/types";
+import { readStored, store } from "../storage";
 
 const NAME_KEY = "aos-gcs-operator";
 const CODE_PREFIX = "#code=";
@@ -64,7 +65,7 @@ export function useSession(connection: Connection, onChange: () => void): Access
   const take = (answer: Answer<Session>, name: string): string | null => {
     if (!answer.ok) return answer.message;
     supersede();
-    localStorage.setItem(NAME_KEY, name);
+    store(NAME_KEY, name);
     setCode("");
     setInvitation("");
     setExpired(false);
@@ -77,7 +78,7 @@ export function useSession(connection: Connection, onChange: () => void): Access
     isExpired,
     code,
     invitation,
-    lastName: localStorage.getItem(NAME_KEY) ?? "",
+    lastName: readStored(NAME_KEY) ?? "",
     async signIn(given, name) {
       return take(await signIn(given, name), name);
     },

@@ -1,5 +1,7 @@
 /** Sounds of alerts: tones and the speech of the browser. Nothing leaves the machine. */
 import type { Severity } from "../api/types";
+import { readStored, store } from "../storage";
+import { chosenLanguage } from "../texts";
 
 export const VOICES = ["off", "sound", "speech"] as const;
 export type Voice = (typeof VOICES)[number];
@@ -16,11 +18,11 @@ const TONES: Readonly<Record<Severity, readonly number[]>> = {
 };
 
 export function storedVoice(): Voice {
-  return VOICES.find((voice) => voice === localStorage.getItem(KEY)) ?? "sound";
+  return VOICES.find((voice) => voice === readStored(KEY)) ?? "sound";
 }
 
 export function storeVoice(voice: Voice): void {
-  localStorage.setItem(KEY, voice);
+  store(KEY, voice);
 }
 
 let audio: AudioContext | null = null;
@@ -32,7 +34,10 @@ export function announce(voice: Voice, severity: Severity, text: string): void {
   playTones(audio, TONES[severity]);
   if (voice === "speech" && "speechSynthesis" in window) {
     if (severity === "critical") speechSynthesis.cancel();
-    speechSynthesis.speak(new SpeechSynthesisUtterance(text));
+    const utterance = new SpeechSynthesisUtterance(text);
+    // The voice must be of the language of the words.
+    utterance.lang = chosenLanguage();
+    speechSynthesis.speak(utterance);
   }
 }
 

@@ -1,7 +1,7 @@
 /** Vehicles that need an operator's attention, with the reasons. Pure functions. */
 import type { Vehicle } from "../api/types";
 import { age, gpsFix, quantity } from "../format";
-import { texts } from "../texts";
+import { said, texts } from "../texts";
 import { isStale, linkAge_s } from "./freshness";
 
 /** Ascending. */
@@ -62,7 +62,7 @@ function ownCauses(vehicle: Vehicle, isOld: boolean): Cause[] {
     refusal !== null && ["warning", refusal],
     text !== "" && ["warning", text],
     !isOld && loss !== null && loss > HIGH_LOSS_PERCENT && ["warning", texts.attention.loss(quantity(loss, 0, "%"))],
-    task === "swarm" && !!camera?.failure && ["warning", texts.attention.camera(camera.failure)],
+    task === "swarm" && !!camera?.failure && ["warning", texts.attention.camera(said(camera.failure))],
   ];
   return found.filter((cause) => cause !== false);
 }

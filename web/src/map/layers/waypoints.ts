@@ -1,7 +1,7 @@
 /** Current waypoints, and those that the safety monitor has shortened or held, with the reason. */
 import type { Feature } from "geojson";
 import type { Geodetic, Step, Vehicle } from "../../api/types";
-import { texts } from "../../texts";
+import { said, texts } from "../../texts";
 import { enu, feature, line, point } from "../geojson";
 import { featureLayer } from "../layer";
 import { vehicleColourExpression } from "../palette";
@@ -60,7 +60,7 @@ export const waypointsLayer = featureLayer({
       feature(point(origin, enu(requested)), {
         role: "refused",
         id,
-        reason: `${texts.names.verdict[verdict]}: ${reason}`,
+        reason: `${texts.names.verdict[verdict]}: ${said(reason)}`,
       }),
     ),
   ],

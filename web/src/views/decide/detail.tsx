@@ -3,7 +3,7 @@ import { useState } from "preact/hooks";
 import type { Finding } from "../../api/types";
 import { eastNorth, likelihood } from "../../format";
 import { useShell } from "../../shell/context";
-import { texts } from "../../texts";
+import { said, texts } from "../../texts";
 import { type Fact, Facts } from "../../ui/facts";
 import { Panel } from "../../ui/panel";
 import { Copy } from "./copy";
@@ -102,7 +102,7 @@ function Why({ finding }: { finding: Finding }) {
     <div class="why">
       <Facts facts={facts} class="finding-facts" />
       <p class="small" data-testid="finding-reasons">
-        {texts.decide.reasons}: {finding.reasons.length === 0 ? texts.noData : finding.reasons.join("; ")}
+        {texts.decide.reasons}: {finding.reasons.length === 0 ? texts.noData : finding.reasons.map(said).join("; ")}
       </p>
     </div>
   );

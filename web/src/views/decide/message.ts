@@ -2,7 +2,7 @@
 import type { Finding, Mission } from "../../api/types";
 import type { Notation } from "../../coordinates";
 import { likelihood } from "../../format";
-import { texts } from "../../texts";
+import { said, texts } from "../../texts";
 import { ellipseText, notations, timeText } from "./findings";
 import { type Reference, wayTo } from "./way";
 
@@ -18,7 +18,7 @@ export function messageAbout(finding: Finding, mission: Mission, notation: Notat
     wayTo(finding, mission, reference),
     `${texts.decide.found}: ${timeText(finding, finding.found_at_s, mission)}`,
     `${texts.decide.seen}: ${timeText(finding, finding.seen_at_s, mission)}`,
-    reasons.length > 0 ? `${texts.decide.reasons}: ${reasons.join("; ")}` : null,
+    reasons.length > 0 ? `${texts.decide.reasons}: ${reasons.map(said).join("; ")}` : null,
     assignee === "" ? null : `${texts.decide.assignee}: ${assignee}`,
     comment === "" ? null : `${texts.decide.comment}: ${comment}`,
     `${texts.report.mission}: ${mission.mission_id}`,

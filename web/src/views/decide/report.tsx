@@ -2,7 +2,7 @@
 import type { Finding, Mission } from "../../api/types";
 import { dateAndTime, duration, eastNorth, likelihood, quantity } from "../../format";
 import { useShell } from "../../shell/context";
-import { texts } from "../../texts";
+import { said, texts } from "../../texts";
 import { type Fact, Facts } from "../../ui/facts";
 import { ellipseText, notations, reported, sightingsText, significanceText, STATUS_SIGNS, timeText } from "./findings";
 import "./report.css";
@@ -23,7 +23,7 @@ export function Report({ mission, onClose }: Props) {
     [texts.plan.coverage, quantity(mission.covered_percent, 0, "%")],
   ];
   // A result without where nothing could be found would be taken for a searched area.
-  const ofSurvey: Fact[] = [[texts.survey.message, mission.message]];
+  const ofSurvey: Fact[] = [[texts.survey.message, said(mission.message)]];
   const phase = isSurvey ? texts.survey.phase(mission.phase === "done") : texts.names.phase[mission.phase];
   const facts: Fact[] = [
     [isSurvey ? texts.survey.survey : texts.report.mission, mission.mission_id],
@@ -70,7 +70,7 @@ function ReportedFinding({ finding }: { finding: Finding }) {
     [texts.decide.kind, texts.names.findingKind[kind]],
     [texts.decide.confidence, likelihood(person_confidence)],
     [texts.decide.significance, significanceText(finding)],
-    [texts.decide.reasons, reasons.join("; ")],
+    [texts.decide.reasons, reasons.map(said).join("; ")],
     [texts.decide.found, timeText(finding, finding.found_at_s, state.mission)],
     [texts.decide.seen, timeText(finding, finding.seen_at_s, state.mission)],
     [texts.report.decidedBy, operator],

@@ -2,6 +2,7 @@
 import type { Finding, Mission, Place } from "../../api/types";
 import { bearing, distance } from "../../format";
 import { bearingAndDistance, placeAt, toLngLat } from "../../geometry";
+import { readStored, store } from "../../storage";
 import { texts } from "../../texts";
 
 const KEY = "aos-gcs-reference-place";
@@ -11,7 +12,7 @@ export type Reference = Place | null;
 
 export function storedReference(): Reference {
   try {
-    const stored: unknown = JSON.parse(localStorage.getItem(KEY) ?? "null");
+    const stored: unknown = JSON.parse(readStored(KEY) ?? "null");
     return isPlace(stored) ? stored : null;
   } catch {
     return null; // not written by this page
@@ -19,8 +20,8 @@ export function storedReference(): Reference {
 }
 
 export function storeReference(place: Reference): void {
-  if (place === null) localStorage.removeItem(KEY);
-  else localStorage.setItem(KEY, JSON.stringify(place));
+  if (place === null) store(KEY, null);
+  else store(KEY, JSON.stringify(place));
 }
 
 const isPlace = (value: unknown): value is Place =>

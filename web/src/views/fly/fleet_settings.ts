@@ -1,4 +1,5 @@
 /** How the fleet is shown on this screen: as tiles or a table, in which order, with which columns. Pure functions. */
+import { readStored, store } from "../../storage";
 
 export const LAYOUTS = ["tiles", "table"] as const;
 export type Layout = (typeof LAYOUTS)[number];
@@ -41,5 +42,5 @@ export function readSettings(stored: string | null): FleetSettings {
   };
 }
 
-export const storedSettings = (): FleetSettings => readSettings(localStorage.getItem(KEY));
-export const storeSettings = (settings: FleetSettings): void => localStorage.setItem(KEY, JSON.stringify(settings));
+export const storedSettings = (): FleetSettings => readSettings(readStored(KEY));
+export const storeSettings = (settings: FleetSettings): void => store(KEY, JSON.stringify(settings));

@@ -2,7 +2,7 @@
 import type { Plan, PlanProposal, PlanReport } from "../../api/types";
 import { quantity } from "../../format";
 import { useShell } from "../../shell/context";
-import { texts } from "../../texts";
+import { said, texts } from "../../texts";
 import { NumberField } from "../../ui/number_field";
 import { Dial } from "./dial";
 import { FOREST, HEADING, LIMITS, NEW_FOREST, type NumberName, type NumberRule, PATTERN, SWEEP } from "./fields";
@@ -114,7 +114,7 @@ function Proposal({
   const rounded = Number(value.toFixed(decimals));
   return (
     <p class="proposal small" data-testid={`proposal-${field}`}>
-      {texts.plan.proposed}: {reason}
+      {texts.plan.proposed}: {said(reason)}
       <button type="button" data-testid={`take-${field}`} onClick={() => onTake(rounded)}>
         {texts.plan.take(quantity(rounded, decimals, unit))}
       </button>

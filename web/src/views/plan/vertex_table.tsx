@@ -3,6 +3,7 @@ import { useState } from "preact/hooks";
 import type { Geodetic, Place, Plan } from "../../api/types";
 import { lngLat, placeAt, toEnu, toLngLat } from "../../geometry";
 import type { EnuPoint } from "../../state/state";
+import { readStored, store } from "../../storage";
 import { texts } from "../../texts";
 import { Choice } from "../../ui/choice";
 import { NumberField } from "../../ui/number_field";
@@ -23,7 +24,7 @@ import {
 const UNITS = ["m", "globe"] as const;
 type Unit = (typeof UNITS)[number];
 const KEY = "aos-gcs-corners";
-const storedUnit = (): Unit => UNITS.find((unit) => unit === localStorage.getItem(KEY)) ?? "m";
+const storedUnit = (): Unit => UNITS.find((unit) => unit === readStored(KEY)) ?? "m";
 /** Coordinates farther from the origin are typing errors: the station accepts areas within five kilometres only. */
 const LIMIT_M = 100_000;
 const WORLD: Geodetic = { latitude_deg: 0, longitude_deg: 0, altitude_amsl_m: 0 };
@@ -44,7 +45,7 @@ interface TableProps {
 export function VertexTable({ plan, shape, origin, vertex, mayChange, onVertex, onPlaces, onPlan }: TableProps) {
   const [wanted, setWanted] = useState(storedUnit);
   const setUnit = (chosen: Unit): void => {
-    localStorage.setItem(KEY, chosen);
+    store(KEY, chosen);
     setWanted(chosen);
   };
   const unit = origin === null ? "globe" : wanted;

@@ -1,7 +1,7 @@
 /** Preflight checks as a matrix. Pure functions. */
 import type { PreflightCheck } from "../../api/types";
 import { capitalised, ranges } from "../../format";
-import { texts } from "../../texts";
+import { said, texts } from "../../texts";
 
 /** Vehicle number of checks that concern the mission as a whole. */
 export const MISSION_ID = 0;
@@ -60,4 +60,4 @@ export function subjectOf(...ids: readonly number[]): string {
 }
 
 /** Display name of a check: the station names its checks in words. */
-export const nameOf = (name: string): string => capitalised(name);
+export const nameOf = (name: string): string => capitalised(said(name));

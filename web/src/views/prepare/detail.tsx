@@ -3,7 +3,7 @@ import { useState } from "preact/hooks";
 import { overrideCheck } from "../../api/client";
 import type { PreflightCheck } from "../../api/types";
 import { useShell } from "../../shell/context";
-import { texts } from "../../texts";
+import { said, texts } from "../../texts";
 import { Panel } from "../../ui/panel";
 import { nameOf, subjectOf } from "./checks";
 
@@ -20,11 +20,11 @@ export function CheckDetail({ check }: { check: PreflightCheck | undefined }) {
     <Panel title={title} testId="check-detail" class="check-detail">
       <dl aria-live="polite">
         <dt>{texts.prepare.found}</dt>
-        <dd>{check.text}</dd>
+        <dd>{said(check.text)}</dd>
         {check.remedy !== "" && (
           <>
             <dt>{texts.prepare.remedy}</dt>
-            <dd data-testid="check-remedy">{check.remedy}</dd>
+            <dd data-testid="check-remedy">{said(check.remedy)}</dd>
           </>
         )}
         {check.overridden && (

@@ -2,7 +2,7 @@
 import type { Phase, PreflightCheck } from "../../api/types";
 import { useShell } from "../../shell/context";
 import { isOffered } from "../../state/commands";
-import { texts } from "../../texts";
+import { said, texts } from "../../texts";
 import { Panel } from "../../ui/panel";
 import { blockersOf, nameOf, subjectOf } from "./checks";
 
@@ -51,7 +51,7 @@ export function LaunchPanel({ checks, onChoose }: Props) {
                 <b class="is-bad">
                   {subjectOf(...ids)}, {nameOf(name)}:
                 </b>{" "}
-                {text}
+                {said(text)}
               </button>
             </li>
           ))}

@@ -1,6 +1,6 @@
 /** Matrix of vehicles and checks: the Tab key stops once, and the arrow keys move from cell to cell. */
 import type { PreflightCheck } from "../../api/types";
-import { texts } from "../../texts";
+import { said, texts } from "../../texts";
 import { keyOf, type Matrix, nameOf, subjectOf, type CellStatus, cellStatusOf } from "./checks";
 
 const SIGNS: Readonly<Record<CellStatus, string>> = { pass: "✓", warn: "!", fail: "✗", overridden: "⊘" };
@@ -94,7 +94,7 @@ function Cell({ check, isChosen, isStop, onChoose }: CellProps) {
       aria-pressed={isChosen}
       tabIndex={isStop ? 0 : -1}
       aria-label={texts.prepare.cell(nameOf(check.name), subjectOf(check.vehicle_id), word)}
-      title={check.text}
+      title={said(check.text)}
       onFocus={choose}
       onClick={choose}
     >

@@ -5,7 +5,7 @@ import { findFocus } from "../../api/viewer";
 import { quantity } from "../../format";
 import { useShell } from "../../shell/context";
 import type { EnuPoint } from "../../state/state";
-import { texts } from "../../texts";
+import { said, texts } from "../../texts";
 import { Panel } from "../../ui/panel";
 import type { ShownIntegral } from "./use_integral";
 
@@ -34,7 +34,7 @@ export function FocalPlane({ viewed, height_m, shown, problem, centre, onHeight 
     const answer = await findFocus(viewed.step, at, AUTOFOCUS_HALF_WIDTH_M);
     setFocusing(false);
     if (!answer.ok) setFocused(answer.message);
-    else if (!answer.value.found) setFocused(texts.see.notFocused(answer.value.reason));
+    else if (!answer.value.found) setFocused(texts.see.notFocused(said(answer.value.reason)));
     else {
       onHeight(answer.value.height_m);
       setFocused(texts.see.focused(quantity(answer.value.height_m, 2, "m"), quantity(answer.value.sigma_m, 2, "m")));
