@@ -103,7 +103,7 @@ class TargetTracker:
         self.measured_enu_m: EnuPoint | None = None
         """Position of the target by the latest step alone; None when it is out of view."""
         self.blob_enu_m: EnuPoint | None = None
-        """Middle on the focal plane of the blob that shows it; None when it is out of view."""
+        """Middle on the focal plane of the blob that showed it last; None while no target is reported."""
         self.steps_out_of_view = 0
         self.sees_targets = False
         """Whether anything large enough for a target was seen in the latest step, also where it is settled."""
@@ -139,7 +139,7 @@ class TargetTracker:
             self._up_m[track_id] = float(place.position_enu_m[2])
         self.sees_targets = bool(sightings)
         if not sightings or sightings[0].settled:
-            self.measured_enu_m = self.blob_enu_m = None
+            self.measured_enu_m = None
             self.steps_out_of_view += 1
             self._target = self._tracks.find(self._target.track_id) or self._target if self._target else None
             return False
@@ -215,7 +215,7 @@ class TargetTracker:
 
     def give_up(self) -> None:
         """Report no target until one is in view again."""
-        self._target = None
+        self._target = self.blob_enu_m = None
 
     def estimate(self) -> TargetEstimate | None:
         """Return the target in view, or else the one seen last."""
