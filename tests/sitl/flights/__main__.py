@@ -79,7 +79,7 @@ def _fly(kind: Kind, name: str, logs: Path, limit_s: float) -> Row:
             text, passed = str(error), False
         if autopilots.dead():
             text, passed = f"{text}; simulators ended by themselves: {autopilots.dead()}", False
-    distance_m = station.smallest_true_distance_m()
+    distance_m = station.truth("min_separation_m")
     return Row(name, kind.name, passed, text.replace("|", "/"), distance_m, time.monotonic() - start_s)
 
 

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import math
 import os
 import shutil
+import socket
 import subprocess
 import sys
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeAlias
+
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 PROGRAM = (sys.executable, "-m", "aos_gcs")
 HERE = Path(__file__).resolve().parent
@@ -17,6 +22,12 @@ LATITUDE_DEG, LONGITUDE_DEG, ALTITUDE_AMSL_M = 48.3, 14.3, 260.0
 PLACES_DEG = (14.29989, 14.30000, 14.30011, 14.30022)
 """Longitudes of the launch points, 8 m apart; the last one is for a vehicle too many."""
 STOP_S = 5.0
+COPTER_LOITER = 5
+"""ArduCopter's mode of a pilot who flies by the sticks."""
+ANOTHER_STATION = (255, 190)
+"""System and component id by which a pilot's station speaks."""
+NOWHERE = 2**31 - 1
+"""Latitude or longitude that a command does not name."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +72,14 @@ class ArduCopter:
         errors = f"SIM_GPS1_ALT_OFS {offsets.receiver_m}\nSIM_BARO_DRIFT {offsets.barometer_drift_mps}\n"
         return Start(arguments, files={"errors.parm": errors})
 
+    def take_over(self, instance: int) -> None:
+        """Select the mode LOITER on the third port of an instance."""
+        mode = mavlink.MAVLink_set_mode_message(instance + 1, mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED, COPTER_LOITER)
+        with socket.create_connection(("127.0.0.1", 5763 + 10 * instance), timeout=5.0) as link:
+            for _ in range(5):
+                link.sendall(mode.pack(mavlink.MAVLink(None, *ANOTHER_STATION)))
+                time.sleep(0.2)
+
 
 @dataclass(frozen=True)
 class Px4:
@@ -92,6 +111,15 @@ class Px4:
         environment |= {"PX4_HOME_LAT": f"{latitude_deg}", "PX4_HOME_LON": f"{longitude_deg}"}
         environment |= {"PX4_HOME_ALT": f"{altitude_m + offsets.receiver_m}"}
         return Start([str(self.build / "bin/px4"), "-d", "-i", str(instance), str(self.build / "etc")], environment)
+
+    def take_over(self, instance: int) -> None:
+        """Stop an instance where it is, by DO_REPOSITION to no other place, as stations do for *pause*."""
+        stop = mavlink.MAVLink_command_int_message(
+            *(instance + 1, 1, mavlink.MAV_FRAME_GLOBAL, mavlink.MAV_CMD_DO_REPOSITION, 0, 0),
+            *(-1.0, float(mavlink.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE), 0.0, math.nan, NOWHERE, NOWHERE, math.nan),
+        )
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as link:
+            link.sendto(stop.pack(mavlink.MAVLink(None, *ANOTHER_STATION)), ("127.0.0.1", 18570 + instance))
 
 
 Kind: TypeAlias = ArduCopter | Px4
@@ -140,6 +168,10 @@ class Autopilots:
                     stderr=subprocess.STDOUT,
                 )
             )
+
+    def take_over(self, instance: int) -> None:
+        """Fly an instance as a pilot or another station does, by its own way of letting them."""
+        self.kind.take_over(instance)
 
     def dead(self) -> list[int]:
         """Return the instances that have ended by themselves."""

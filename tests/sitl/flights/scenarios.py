@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import socket
 import threading
 import time
@@ -12,7 +13,16 @@ from typing import Any, TypeAlias
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from tests.sitl.flights.autopilots import ALTITUDE_AMSL_M, LATITUDE_DEG, LONGITUDE_DEG, Autopilots, Offsets
-from tests.sitl.flights.station import VEHICLES, FlightError, Station, all_down, describe, failures
+from tests.sitl.flights.station import (
+    FLOOR_M,
+    VEHICLES,
+    FlightError,
+    Setting,
+    Station,
+    all_down,
+    describe,
+    failures,
+)
 
 State: TypeAlias = dict[str, Any]
 Scenario: TypeAlias = Callable[[Autopilots, Station], str]
@@ -23,6 +33,22 @@ SPOOFING_S = 20.0
 SPOOFED_PER_S = 20.0
 RECEIVER_OFFSET_M = 6.0
 BAROMETER_DRIFT_MPS = 0.05
+TAKEN_OVER = 2
+"""System id of the vehicle that a pilot takes over."""
+LEFT_ALONE_S = 15.0
+
+SEARCHED = ("searched", "MISSION", "--json", "--raster", "pod.tif", "--gaps", "gaps.geojson")
+INSPECTED = ("inspect", "MISSION", "--truth", "world.json", "--truth-report", "report.json")
+"""What is asked about the mission's folder afterwards."""
+FOREST = """
+[forest]
+canopy_height_m = 18.0
+crown_base_m = 5.0
+"""
+AREA_ENU_M = ((-30.0, 25.0), (30.0, 25.0), (30.0, 105.0), (-30.0, 105.0))
+SEARCH = Setting(area_enu_m=AREA_ENU_M, world=("--seed", "3"), tables=FOREST)
+RELIEF = Setting(area_enu_m=AREA_ENU_M, world=("--seed", "4"), terrain="hills")
+"""The ground rises to 17 m above the launch site, and falls to 1 m below it."""
 
 
 def whole_mission(autopilots: Autopilots, station: Station) -> str:
@@ -33,10 +59,11 @@ def whole_mission(autopilots: Autopilots, station: Station) -> str:
 
 
 def killed_and_taken_up(autopilots: Autopilots, station: Station) -> str:
-    """The service is killed while it scans, and started again at once."""
+    """The service is killed in a sweep, and started again at once."""
+    station.setting = SEARCH
     _start(autopilots)
     with station:
-        _wait_for_the_search(station)
+        _wait_for_the_sweep(station)
         station.kill()
         killed_s = time.monotonic()
         station.start(auto_start=False)
@@ -47,6 +74,53 @@ def killed_and_taken_up(autopilots: Autopilots, station: Station) -> str:
             station.wait_for("landing", all_down, FLIGHT_S)
             return f"{taken_up}, not resumed ({'; '.join(refused)}), all landed by themselves"
         return f"{taken_up}, resumed, {_to_the_end(station)}"
+
+
+def searched(autopilots: Autopilots, station: Station) -> str:
+    """A larger area is searched in flight, with a map of the probability of detection."""
+    station.setting = SEARCH
+    _start(autopilots)
+    with station:
+        _wait_for_the_sweep(station)
+        text = _to_the_end(station)
+    figures = json.loads(station.ask("searched.log", *SEARCHED))
+    station.ask("inspect.log", *INSPECTED)
+    detection = ", ".join(f"{posture} {share:.2f}" for posture, share in figures["detection"].items())
+    seen = f"{figures['seen_fraction']:.0%} seen, {figures['mean_views']:.1f} views, detection {detection}"
+    return f"{text}; {figures['frames']} frames, {seen}"
+
+
+def over_relief(autopilots: Autopilots, station: Station) -> str:
+    """Hills below layers that follow the ground."""
+    station.setting = RELIEF
+    _start(autopilots)
+    with station:
+        _wait_for_the_sweep(station)
+        text = _to_the_end(station)
+    height_m = station.truth("min_height_above_ground_m")
+    if height_m is None or height_m < FLOOR_M - 1.0:
+        raise FlightError(f"{height_m} m above ground, floor {FLOOR_M} m; {text}")
+    return f"{text}; {height_m:.1f} m above the ground or more"
+
+
+def taken_over(autopilots: Autopilots, station: Station) -> str:
+    """The second vehicle is taken over in a sweep, left alone for 15 s, and given back by its pilot."""
+    station.setting = SEARCH
+    _start(autopilots)
+    with station:
+        step = _wait_for_the_sweep(station)["step"]
+        autopilots.take_over(TAKEN_OVER - 1)
+        state = station.wait_for("take-over", lambda state: _vehicle(state)["task"] == "held", 15.0)
+        mode, told_step = _vehicle(state)["mode_name"], state["step"]
+        time.sleep(LEFT_ALONE_S)
+        state = station.wait_for("an answer", lambda _: True, 30.0)
+        if _vehicle(state)["task"] != "held" or _vehicle(state)["mode_name"] != mode:
+            raise FlightError(f"not left alone: {describe(state)}")
+        others = f"the others went on from step {step} by {told_step} to {state['step']}"
+        if refused := station.act("resume", TAKEN_OVER):
+            raise FlightError(f"not given back: {'; '.join(refused)}")
+        station.wait_for("return to the swarm", lambda state: _vehicle(state)["task"] == "swarm", 60.0)
+        return f"left alone in {mode} for {LEFT_ALONE_S:.0f} s, {others}, given back; {_to_the_end(station)}"
 
 
 def spoofed(autopilots: Autopilots, station: Station) -> str:
@@ -102,6 +176,9 @@ def barometer_drift(autopilots: Autopilots, station: Station) -> str:
 
 SCENARIOS: dict[str, Scenario] = {
     "mission": whole_mission,
+    "search": searched,
+    "relief": over_relief,
+    "take-over": taken_over,
     "kill": killed_and_taken_up,
     "spoof": spoofed,
     "twin-ground": twin_on_the_ground,
@@ -128,6 +205,18 @@ def _start(autopilots: Autopilots, offsets: dict[int, Offsets] | None = None) ->
 def _wait_for_the_search(station: Station) -> State:
     station.wait_for("launch", lambda state: state["phase"] not in ("connect", "preflight", "ready"), LAUNCH_S)
     return station.wait_for("search", lambda state: state["phase"] in ("scan", "converge", "found"), LAUNCH_S)
+
+
+def _wait_for_the_sweep(station: Station) -> State:
+    """Wait until the line has flown along a leg for a few rounds of frames, without stops."""
+    _wait_for_the_search(station)
+    station.wait_for("sweep", lambda state: "searching in flight" in state["message"], LAUNCH_S)
+    time.sleep(3.0)
+    return station.wait_for("sweep", lambda state: "searching in flight" in state["message"], LAUNCH_S)
+
+
+def _vehicle(state: State) -> State:
+    return next(vehicle for vehicle in state["vehicles"] if vehicle["vehicle_id"] == TAKEN_OVER)
 
 
 def _to_the_end(station: Station) -> str:

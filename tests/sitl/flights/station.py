@@ -27,7 +27,7 @@ urls = ["{link}"]
 [mission]
 vehicle_ids = [1, 2, 3]
 origin_deg = [{origin}]
-area_enu_m = [[-10.0, 30.0], [10.0, 30.0], [10.0, 75.0], [-10.0, 75.0]]
+area_enu_m = {area_enu_m}
 auto_start = {auto_start}
 auto_return = true
 
@@ -38,9 +38,44 @@ cruise_speed_mps = 5.0
 
 [preflight]
 upload_fence = true
+{preflight}
 
 [record]
 folder = "missions"
+
+{tables}
+"""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """Where a flight searches, and what its cameras see there."""
+
+    area_enu_m: tuple[tuple[float, float], ...] = ((-10.0, 30.0), (10.0, 30.0), (10.0, 75.0), (-10.0, 75.0))
+    world: tuple[str, ...] = ()
+    """More options of the simulated world, for ``sim`` and for ``sim-camera``."""
+    terrain: str | None = None
+    """Shape of the ground, above which the layers follow it; None: it is level."""
+    tables: str = ""
+    """More tables of the mission's file."""
+
+    @property
+    def preflight(self) -> str:
+        """More lines of its table ``preflight``."""
+        if self.terrain is None:
+            return ""
+        return 'set_return_height = true\noverrides = ["climb of the return: simulated vehicles"]'
+
+
+RELIEF_FILE = "ground.tif"
+FLOOR_M = 25.0
+"""Floor above the ground of flights over a relief."""
+TERRAIN = f"""
+[terrain]
+files = ["{RELIEF_FILE}"]
+kind = "terrain"
+floor_above_ground_m = {FLOOR_M}
+follow = true
 """
 
 
@@ -56,6 +91,8 @@ class Station:
     folder: Path
     deadline_s: float
     """Monotonic time at which the flight is given up."""
+    setting: Setting = Setting()
+    """Read when the context is entered, and by :meth:`start`."""
     _service: subprocess.Popen[bytes] | None = None
     _cameras: subprocess.Popen[bytes] | None = None
     _starts: int = 0
@@ -68,8 +105,14 @@ class Station:
     def __enter__(self) -> Station:
         links = [part for link in self.kind.camera_links(VEHICLES) for part in ("--link", link)]
         files = ["--world-file", "world.json", "--report-file", "report.json"]
+        world = ["--origin", ORIGIN, *self.setting.world]
+        if self.setting.terrain is not None:
+            world += ["--terrain", self.setting.terrain]
+            writing = self._run("sim.log", "sim", *world, "--terrain-file", RELIEF_FILE, "--terrain-only")
+            if writing.wait(STOP_S) != 0:
+                raise FlightError(f"no ground: see {self.folder / 'sim.log'}")
         self._cameras = self._run(
-            "cameras.log", "sim-camera", *links, "--origin", ORIGIN, "--image-size", "256", "--errors", "none", *files
+            "cameras.log", "sim-camera", *links, *world, "--image-size", "256", "--errors", "none", *files
         )
         self.start()
         return self
@@ -87,6 +130,9 @@ class Station:
             origin=ORIGIN.replace(",", ", "),
             spacing_m=self.kind.layer_spacing_m,
             auto_start=str(auto_start).lower(),
+            area_enu_m=[list(corner) for corner in self.setting.area_enu_m],
+            preflight=self.setting.preflight,
+            tables=self.setting.tables + ("" if self.setting.terrain is None else TERRAIN),
         )
         (self.folder / "mission.toml").write_text(text, encoding="utf-8")
         arguments = ["mission.toml", "--port", str(self.kind.api_port), "--operator-code-file", "code"]
@@ -132,15 +178,16 @@ class Station:
             time.sleep(0.5)
         raise FlightError(f"{what}: not within {within_s:.0f} s; {describe(state)}")
 
-    def act(self, action: str) -> list[str]:
-        """Carry out an operator's action; return the refusals."""
+    def act(self, action: str, *vehicle_ids: int) -> list[str]:
+        """Carry out an operator's action, for these vehicles or for all; return the refusals."""
         self._request("/api/session", {"code": CODE, "name": "flights"})
         _, headers = self._request("/api/mission")
-        answer, _ = self._request("/api/mission/actions", {"action": action}, {"X-Seen": headers["X-Seen"]})
+        body = {"action": action, "vehicle_ids": list(vehicle_ids) or None}
+        answer, _ = self._request("/api/mission/actions", body, {"X-Seen": headers["X-Seen"]})
         return [f"{row['vehicle_id']}: {row['text']}" for row in json.loads(answer)["results"] if not row["accepted"]]
 
     def _request(
-        self, path: str, body: dict[str, str] | None = None, headers: dict[str, str] | None = None
+        self, path: str, body: dict[str, Any] | None = None, headers: dict[str, str] | None = None
     ) -> tuple[bytes, Any]:
         data = None if body is None else json.dumps(body).encode()
         headers = {"Content-Type": "application/json", **(headers or {})}
@@ -153,13 +200,22 @@ class Station:
 
     # --- what the records tell -------------------------------------------------------------------------------------
 
-    def smallest_true_distance_m(self) -> float | None:
-        """Return the smallest true distance of two vehicles in the air."""
+    def truth(self, figure: str) -> float | None:
+        """Return a figure of the cameras' report, such as the smallest true distance of two vehicles in the air."""
         try:
             report = json.loads((self.folder / "report.json").read_text(encoding="utf-8"))
         except (OSError, ValueError):
             return None
-        return report.get("min_separation_m")
+        value = report.get(figure)
+        return None if value is None else float(value)
+
+    def ask(self, log: str, *arguments: str) -> str:
+        """Have the program report on the last mission of this flight, and keep what it says in a file."""
+        folder = max((self.folder / "missions").iterdir())
+        answer = self._run(log, *(part.replace("MISSION", str(folder)) for part in arguments))
+        if answer.wait(2 * STOP_S) != 0:
+            raise FlightError(f"{' '.join(arguments)}: see {self.folder / log}")
+        return (self.folder / log).read_text(encoding="utf-8")
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:
