@@ -62,6 +62,8 @@ class ActionHandler:
             Action.ABORT: self._abort,
             Action.JOIN: self._join,
             Action.NEW_SORTIE: self._new_sortie,
+            Action.READY: self._confirm_all,
+            Action.NOT_READY: self._confirm_all,
         }
         self._on_one: Mapping[Action, VehicleAction] = {
             Action.PAUSE: self._pause_one,
@@ -100,7 +102,7 @@ class ActionHandler:
             elif action is Action.CHOOSE:
                 results = self._choose(vehicle_ids or (), operator)
             elif vehicle_ids is None:
-                results = tuple(await self._on_all.get(action, self._act_on_none)(operator))
+                results = tuple(await self._on_all[action](operator))
             else:
                 results = await self._act_on(action, roster.select(vehicle_ids), operator)
         except MissionError as error:
@@ -219,7 +221,7 @@ class ActionHandler:
             raise MissionError("Cannot join: no vehicle of this mission is on the ground. Name another one.")
         return await self._act_on(Action.JOIN, candidates, operator)
 
-    async def _act_on_none(self, operator: str) -> Sequence[ActionResult]:  # noqa: ARG002
+    async def _confirm_all(self, operator: str) -> Sequence[ActionResult]:  # noqa: ARG002
         raise MissionError("Name the vehicles that are ready, or are not: each is confirmed on its own.")
 
     async def _new_sortie(self, operator: str) -> Sequence[ActionResult]:
