@@ -7,8 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from aos_gcs.config.file import read_config
 from tests.sitl.flights.autopilots import ArduCopter, Offsets, Px4
-from tests.sitl.flights.station import MISSION
+from tests.sitl.flights.scenarios import RELIEF, SEARCH
+from tests.sitl.flights.station import Setting, mission_file
 
 ROOT = Path(__file__).resolve().parents[2]
 HOME = (48.3, 14.3, 260.0)
@@ -45,9 +47,16 @@ def test_everything_stays_on_the_loopback_interface(kind):
     links = [kind.station_link, *kind.camera_links(3)]
     assert all("://127.0.0.1:" in link for link in links)
     assert len(set(links)) == 4
-    assert kind.station_link in MISSION.format(
-        link=kind.station_link, origin="", spacing_m=kind.layer_spacing_m, auto_start="true"
-    )
+
+
+@pytest.mark.parametrize("kind", [ArduCopter(Path("arducopter")), Px4(Path("px4"))])
+@pytest.mark.parametrize("setting", [Setting(), SEARCH, RELIEF])
+def test_the_configuration_of_every_flight_is_valid(kind, setting, tmp_path):
+    file = tmp_path / "mission.toml"
+    file.write_text(mission_file(kind, setting), encoding="utf-8")
+    config = read_config(file)
+    assert config.link.urls == [kind.station_link]
+    assert config.flight["layer_spacing_m"] == kind.layer_spacing_m
 
 
 def test_offsets_are_passed_to_the_simulators():

@@ -20,7 +20,7 @@ VEHICLES = 3
 ORIGIN = f"{LATITUDE_DEG},{LONGITUDE_DEG},{ALTITUDE_AMSL_M}"
 STOP_S = 30.0
 
-MISSION = """
+_MISSION = """
 [link]
 urls = ["{link}"]
 
@@ -79,6 +79,19 @@ follow = true
 """
 
 
+def mission_file(kind: Kind, setting: Setting, *, auto_start: bool = True) -> str:
+    """Configuration of the service that flies ``setting`` with autopilots of ``kind``."""
+    return _MISSION.format(
+        link=kind.station_link,
+        origin=ORIGIN.replace(",", ", "),
+        spacing_m=kind.layer_spacing_m,
+        auto_start=str(auto_start).lower(),
+        area_enu_m=[list(corner) for corner in setting.area_enu_m],
+        preflight=setting.preflight,
+        tables=setting.tables + ("" if setting.terrain is None else TERRAIN),
+    )
+
+
 class FlightError(Exception):
     """The flight did not come to what was waited for."""
 
@@ -125,15 +138,7 @@ class Station:
     def start(self, *, auto_start: bool = True) -> None:
         """Start the service."""
         self._starts += 1
-        text = MISSION.format(
-            link=self.kind.station_link,
-            origin=ORIGIN.replace(",", ", "),
-            spacing_m=self.kind.layer_spacing_m,
-            auto_start=str(auto_start).lower(),
-            area_enu_m=[list(corner) for corner in self.setting.area_enu_m],
-            preflight=self.setting.preflight,
-            tables=self.setting.tables + ("" if self.setting.terrain is None else TERRAIN),
-        )
+        text = mission_file(self.kind, self.setting, auto_start=auto_start)
         (self.folder / "mission.toml").write_text(text, encoding="utf-8")
         arguments = ["mission.toml", "--port", str(self.kind.api_port), "--operator-code-file", "code"]
         self._service = self._run(f"service-{self._starts}.log", "run", *arguments)
