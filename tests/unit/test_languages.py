@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-LANGUAGES = sorted((ROOT / "web" / "src" / "texts").glob("german.ts"))
-"""Files of languages other than that of the sources."""
+LANGUAGES = sorted(path.parent for path in (ROOT / "web" / "src" / "texts").glob("*/station"))
+"""Folders of languages other than that of the sources."""
 PACKAGES = ("mission", "planning", "airspace", "api", "store", "runtime", "workers", "imaging/persons")
 """Packages of ``aos_gcs`` that speak to operators, beside the drivers."""
 PAIR = re.compile(r'\[\s*("(?:[^"\\]|\\.)*"),\s*"(?:[^"\\]|\\.)*",?\s*\]')
@@ -25,8 +25,8 @@ LOUD = {"CRITICAL", "NEWS"}
 
 def templates(language: Path) -> list[str]:
     """English texts for which a language has translations."""
-    _, _, station = language.read_text(encoding="utf-8").partition("const station")
-    return [json.loads(english) for english in PAIR.findall(station)]
+    parts = [path.read_text(encoding="utf-8") for path in sorted((language / "station").glob("*.ts"))]
+    return [json.loads(english) for part in parts for english in PAIR.findall(part)]
 
 
 def fixed_parts(text: str) -> list[str]:

@@ -1,0 +1,57 @@
+/** German texts of the view See. */
+import type { Texts } from "../../texts";
+import { names } from "./names";
+
+export const see: Texts["see"] = {
+  panel: "Blick durch die Baumkronen",
+  none: "Bilder erscheinen mit dem ersten Schritt der Suche.",
+  kind: { ...names.picture, frames: "Einzelbilder" },
+  frameKinds: "Art der Einzelbilder",
+  frame: (id, step, kind) => `Drohne ${id}, Schritt ${step}, ${kind}`,
+  up: (height) => `Höhe ${height}`,
+  noFrames: "Dieser Schritt hat keine Einzelbilder dieser Art.",
+  close: "Schließen",
+  steps: "Schritte",
+  step: "Schritt",
+  stepOf: (step, last) => `${step} von ${last}`,
+  stepBefore: "Voriger Schritt",
+  stepAfter: "Nächster Schritt",
+  latest: "Neuester",
+  stage: "Bild des Bodens, Norden oben",
+  stageKeys:
+    "Pfeiltasten: verschieben. Plus und Minus: Maßstab. Pos1: alles zeigen. M beim Messen: Punkt in der Bildmitte setzen.",
+  alt: (label) => `${label}, Norden oben`,
+  label: (kind, step, height) => `${kind}, Schritt ${step}, Ebene auf ${height}`,
+  latestLabel: (kind, step) => `${kind}, Schritt ${step}`,
+  fit: "Alles zeigen",
+  noViewer: "Die Einzelbilder dieser Mission sind nicht aufgezeichnet. Die neuesten Bilder werden gezeigt.",
+  focalPlane: "Fokusebene",
+  height: "Höhe",
+  autofocus: "Autofokus",
+  autofocusHint: "Höhe mit dem schärfsten Bild in der Mitte der Ansicht suchen",
+  focusing: "Fokussieren …",
+  notFocused: (reason) => `Keine schärfste Höhe gefunden: ${reason}.`,
+  focused: (height, sigma) => `Am schärfsten auf ${height} ± ${sigma}`,
+  ownPlane: (height) => `Ebene der Mission, ${height}`,
+  visibility: "Sichtbare Fläche",
+  latency: "Antwortzeit",
+  distances: "Entfernungen",
+  measure: "Messen",
+  measureHint: "Punkte im Bild anklicken, oder mit M einen Punkt in der Bildmitte setzen.",
+  clear: "Löschen",
+  compare: "Vergleich",
+  keepLeft: "Links festhalten",
+  compareHint: "Dann für das rechte Bild einen anderen Schritt oder eine andere Höhe wählen.",
+  swipe: "Trennlinie",
+};
+
+export const focus: Texts["focus"] = {
+  panel: "Fokusebene der Mission",
+  now: "Aktuell",
+  source: { configured: "vorgegeben", autofocus: "durch Autofokus", operator: "von einem Bediener" },
+  none: "Noch keine Fokusebene.",
+  at: (height) => `Fokusebene der Mission auf ${height} setzen`,
+  use: (height) => `${height} in der Mission verwenden`,
+  leave: "Fokusebene der Mission auf automatisch zurücksetzen",
+  leaveShort: "Auf automatisch zurücksetzen",
+};
