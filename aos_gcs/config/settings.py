@@ -38,6 +38,7 @@ from aos_gcs.planning.settings import (
     TerrainSettings,
 )
 from aos_gcs.planning.terrain import open_model
+from aos_gcs.prior.file import read_prior
 from aos_gcs.sharing.settings import CaltopoSettings, SharingSettings, TakSettings, WebhookSettings
 from aos_gcs.swarm.registry import make_strategy
 from aos_gcs.tracking.motion import MotionSettings
@@ -81,7 +82,7 @@ def mission_settings(config: ServiceConfig) -> MissionSettings:
         strategy_parameters=config.swarm.parameters,
         seed=mission.seed,
         flight=flight,
-        search=_build(SearchSettings, "search", config.search),
+        search=_search(config.search),
         relay=_relay(config, vehicle_ids),
         deadlines=_build(Deadlines, "deadlines", config.deadlines),
         preflight=_preflight(config.preflight),
@@ -151,6 +152,17 @@ def _relay(config: ServiceConfig, vehicle_ids: Sequence[int]) -> RelaySettings:
     if both := sorted(set(relay.vehicle_ids) & set(vehicle_ids)):
         raise ConfigurationError(f"relay.vehicle_ids names vehicle {both[0]}, which mission.vehicle_ids names too.")
     return relay
+
+
+def _search(table: Mapping[str, Any]) -> SearchSettings:
+    """Return the settings of the search; a prior that cannot be used is refused here."""
+    search = _build(SearchSettings, "search", table)
+    if search.prior is not None:
+        try:
+            read_prior(search.prior)
+        except (ConfigurationError, InputDataError) as error:
+            raise ConfigurationError(f"search.prior: {error}") from error
+    return search
 
 
 def _return_enu_m(mission: MissionConfig, origin: GeodeticPosition | None) -> tuple[float, float] | None:

@@ -26,6 +26,7 @@ from aos_gcs.mission.preflight.aperture import check_aperture
 from aos_gcs.mission.preflight.ground import check_descents, check_ground
 from aos_gcs.mission.preflight.inspection import Inspector
 from aos_gcs.mission.preflight.overrides import Overrides
+from aos_gcs.mission.preflight.prior import check_prior
 from aos_gcs.mission.preflight.returns import check_return_climbs, return_bounds
 from aos_gcs.mission.preflight.setup import check_setup, check_system_ids
 from aos_gcs.mission.preflight.telemetry import check_all, check_area, check_layers, check_vehicles
@@ -62,6 +63,8 @@ class Launch:
         """Checks of the ground, for the limits in force and the homes that they were made for."""
         self._terrain: tuple[PreflightCheck, ...] = ()
         """Checks of the terrain, for the same."""
+        self._prior: tuple[PreflightCheck, ...] | None = None
+        """Check of the prior; None before the origin is known."""
         self._clearance: ReturnClearance | None = None
         """What autopilots' own returns have to clear, for the same."""
 
@@ -190,11 +193,12 @@ class Launch:
         self._find_origin()
         self._assign_layers()
         await self._survey_terrain()
+        await self._check_prior()
         if any(member.airborne for member in self._chosen_or_all()):
             self._auto_start.cancel("vehicles were found in the air")
         of_mission = check_area(context.settings) + check_vehicles(context.roster, context.settings.vehicles)
         found = await self._overrides.review(
-            of_mission + self._advice + self._terrain + self._check(self._chosen_or_all())
+            of_mission + self._advice + self._terrain + (self._prior or ()) + self._check(self._chosen_or_all())
         )
         return context.flight.limits is not None and not any(check.blocks for check in found)
 
@@ -287,6 +291,12 @@ class Launch:
         if context.flight.limits is limits:
             context.flight.limits, context.flight.ground, self._terrain = found.limits, found.ground, found.checks
             context.roster.layers.surface, self._clearance = found.surface, found.clearance
+
+    async def _check_prior(self) -> None:
+        """Read the prior, once the origin is known."""
+        context, frame = self._context, self._context.roster.frame
+        if self._prior is None and frame is not None and context.settings.area_enu_m:
+            self._prior = await asyncio.to_thread(check_prior, context.settings, frame.origin)
 
     def _is_planned(self, members: list[Member], homes_enu_m: list[NDArray[np.float64]]) -> bool:
         """Return whether the layers and limits in force are those of these vehicles at these homes."""

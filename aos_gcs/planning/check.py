@@ -19,6 +19,7 @@ from aos_gcs.planning.estimate import PlanEstimate, planned_leg_count, planned_l
 from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.plan import SPACING_PARAMETER, MissionPlan, PlanProblem, apply_plan
 from aos_gcs.planning.plan_warnings import plan_warnings
+from aos_gcs.planning.prior_check import check_prior
 from aos_gcs.planning.relief_estimate import estimate_over_ground
 from aos_gcs.planning.settings import (
     GREATEST_FLIGHT_SETTINGS,
@@ -138,6 +139,7 @@ def _problems(
             legs = planned_legs(plan, settings.imaging.plane_height_m)
             problems += check_paths(plan, ground, homes_enu_m, legs)
             problems += check_terrain(plan, settings, origin, homes_enu_m, legs)
+            problems += check_prior(plan, settings, origin)
     return problems, legs
 
 

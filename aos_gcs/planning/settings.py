@@ -104,6 +104,8 @@ class SearchSettings:
     """Distance of neighbouring vehicles along the legs; None: that of the strategy, c4."""
     leg_spacing_m: float | None = None
     """Greatest distance of neighbouring legs; None: as wide as the swarm's line sees."""
+    prior: str | None = None
+    """GeoTIFF or GeoJSON file that says where the person is likely to be; None: all places are as likely."""
 
     def __post_init__(self) -> None:
         if self.pod is not None and not LEAST_POD <= self.pod <= GREATEST_POD:

@@ -14,6 +14,7 @@ export const checks: readonly StationText[] = [
   ["launch point", "Startpunkt"],
   ["path to the area", "Weg zum Gebiet"],
   ["terrain", "Gelände"],
+  ["prior", "Vorwissen"],
   ["altitude layer", "Höhenebene"],
   ["descent at home", "Sinkflug am Start"],
   ["home altitude", "Höhe des Starts"],
@@ -32,6 +33,9 @@ export const checks: readonly StationText[] = [
   ["camera", "Kamera"],
   // Results of the preflight checks, and what to do.
   ["all", "alle"],
+  ["{share} of the probability lies in the search area", "{share} der Wahrscheinlichkeit liegt im Suchgebiet"],
+  ["extend the area, or search elsewhere as well", "Gebiet erweitern oder auch anderswo suchen"],
+  ["correct search.prior, or leave it out", "search.prior berichtigen oder weglassen"],
   [
     "{name}: override ended, the result of the check has changed",
     "{name}: Ausnahme beendet, das Ergebnis der Prüfung hat sich geändert",

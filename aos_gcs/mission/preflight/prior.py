@@ -1,0 +1,31 @@
+"""The prior's line in the preflight matrix."""
+
+from __future__ import annotations
+
+from aos_gcs.errors import ConfigurationError, InputDataError
+from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.mission.model.checks import PreflightCheck
+from aos_gcs.mission.preflight import checks
+from aos_gcs.planning.prior_check import WHOLE
+from aos_gcs.planning.settings import MissionSettings
+from aos_gcs.prior.file import prior_over
+
+
+def check_prior(settings: MissionSettings, origin: GeodeticPosition) -> tuple[PreflightCheck, ...]:
+    """Return the check of the prior against the search area, or none without a prior.
+
+    Args:
+        settings: settings of the mission, with a search area.
+        origin: origin of its frame.
+    """
+    name = settings.search.prior
+    if name is None:
+        return ()
+    try:
+        share = prior_over(name, origin, settings.area_enu_m).share
+    except (ConfigurationError, InputDataError) as error:
+        return (checks.failed(checks.MISSION, checks.PRIOR, str(error), "correct search.prior, or leave it out"),)
+    text = f"{share:.0%} of the probability lies in the search area"
+    if share < WHOLE:
+        return (checks.warned(checks.MISSION, checks.PRIOR, text, "extend the area, or search elsewhere as well"),)
+    return (checks.passed(checks.MISSION, checks.PRIOR, text),)

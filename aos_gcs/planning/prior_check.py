@@ -1,0 +1,56 @@
+"""The prior of a search: whether it can be used for a plan, and the plan's share of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+from aos_gcs.errors import ConfigurationError, InputDataError
+from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.planning.plan import MissionPlan, PlanProblem
+from aos_gcs.planning.settings import MissionSettings
+from aos_gcs.prior.file import prior_over, read_prior
+from aos_gcs.prior.model import AreaPrior
+
+WHOLE: Final = 0.99
+"""Share of the prior in the search area from which nothing is said of what lies outside."""
+
+
+def plan_prior(plan: MissionPlan, settings: MissionSettings, origin: GeodeticPosition | None) -> AreaPrior | None:
+    """Return the prior within a plan's area; None where there is none, or the origin is not known.
+
+    Args:
+        plan: its area is not empty.
+        settings: settings of the mission that is to fly it.
+        origin: origin of the plan, where the settings have none.
+
+    Raises:
+        ConfigurationError: a library is missing.
+        InputDataError: the file cannot be used, or does not meet the area.
+    """
+    origin, name = settings.origin or origin, settings.search.prior
+    if name is None or origin is None or not plan.area_enu_m:
+        return None
+    return prior_over(name, origin, plan.area_enu_m)
+
+
+def check_prior(plan: MissionPlan, settings: MissionSettings, origin: GeodeticPosition | None) -> Iterator[PlanProblem]:
+    """Yield why the prior cannot be used for a plan, and what share of it lies outside of the area."""
+    if settings.search.prior is None:
+        return
+    try:
+        read_prior(settings.search.prior)
+        prior = plan_prior(plan, settings, origin)
+    except (ConfigurationError, InputDataError) as error:
+        yield PlanProblem("area_enu_m", f"search.prior: {error}")
+        return
+    if prior is not None and prior.share < WHOLE:
+        yield PlanProblem("area_enu_m", outside_warning(prior), blocking=False)
+
+
+def outside_warning(prior: AreaPrior) -> str:
+    """Return what operators are told where part of the prior lies outside of the search area."""
+    return (
+        f"{1.0 - prior.share:.0%} of the prior probability (search.prior) lies outside of the search area: extend the "
+        "area, or search there by other means."
+    )
