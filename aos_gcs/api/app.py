@@ -34,12 +34,15 @@ from aos_gcs.mission.control import FindingCommands, MissionCommands, MissionVie
 from aos_gcs.mission.viewing import OperationView, SortieChoice, ViewControl
 from aos_gcs.planning.settings import TerrainSettings
 from aos_gcs.store.plan_folder import PlanFolder
+from aos_gcs.wall.board import Wall
 
 
 @asynccontextmanager
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     async with asyncio.TaskGroup() as group:
         tasks = [group.create_task(app.state.hub.run())]
+        if app.state.wall is not None:
+            tasks.append(group.create_task(app.state.wall.run()))
         if app.state.desk is not None:
             tasks.append(group.create_task(app.state.desk.sessions.follow()))
         yield
@@ -67,6 +70,7 @@ def create_app(
     plans_folder: Path = Path("plans"),
     basemap_file: Path | None = None,
     terrain: TerrainSettings | None = None,
+    wall: Wall | None = None,
     upstream: Upstream | None = None,
     now_s: Callable[[], float] = loop_time_s,
 ) -> FastAPI:
@@ -91,6 +95,7 @@ def create_app(
         plans_folder: folder of saved plans.
         basemap_file: a PMTiles file to show below the mission; without one the page has a metric grid.
         terrain: elevation model of a mission that cannot be commanded; others tell theirs.
+        wall: live pictures of its cameras; None where they are not recorded.
         upstream: process in which the mission flies; None: this one.
         now_s: clock in real seconds, for the mission's silence and the wait after wrong codes.
     """
@@ -106,6 +111,7 @@ def create_app(
     app.state.sortie_choice = sortie_choice
     app.state.basemap_file = basemap_file
     app.state.terrain = terrain
+    app.state.wall = wall
     app.state.reliefs = ReliefMaps()
     app.state.plans = PlanFolder(plans_folder)
     app.state.plan_checks = PlanChecks()
@@ -116,6 +122,7 @@ def create_app(
         operation=operation is not None,
         survey=findings is not None,
         handover=handovers is not None,
+        wall=wall is not None,
     )
     app.state.hub = EventHub(mission, replay, capabilities, now_s, upstream)
     app.state.access = Access(operator_code, now_s, operator_file, accounts, anyone_observes=anyone_observes)

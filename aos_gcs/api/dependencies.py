@@ -25,6 +25,7 @@ from aos_gcs.mission.model.actions import Seen
 from aos_gcs.mission.viewing import OperationView, SortieChoice, ViewControl
 from aos_gcs.planning.settings import TerrainSettings
 from aos_gcs.store.plan_folder import PlanFolder
+from aos_gcs.wall.board import Wall
 
 _SEEN = "State of the mission by which this command is given: `seen` of an event, or this header of GET /api/mission."
 
@@ -175,6 +176,11 @@ def _get_handovers(connection: HTTPConnection) -> HandoverControl:
     if handovers is None:
         raise NotFoundError("This mission is not recorded; there is nothing to hand over.")
     return handovers
+
+
+def wall_of(connection: HTTPConnection) -> Wall | None:
+    """Return the live pictures; None where there are none."""
+    return cast("Wall | None", connection.app.state.wall)
 
 
 def _get_plans(connection: HTTPConnection) -> PlanFolder:

@@ -15,6 +15,7 @@ from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 
 from aos_gcs.api.models.messages import SERVER_MESSAGE
+from aos_gcs.api.models.wall import WALL_CLIENT_MESSAGE, WALL_MESSAGE
 from aos_gcs.api.routers import (
     accounts,
     basemap,
@@ -31,11 +32,14 @@ from aos_gcs.api.routers import (
     replay,
     session,
     viewer,
+    wall,
 )
 
 _DESCRIPTION = (
     "Ground control of a swarm of camera drones. Errors have the body ErrorModel. The WebSocket /api/events sends "
-    "ServerMessage objects as JSON text: hello first, then the mission's events."
+    "ServerMessage objects as JSON text: hello first, then the mission's events. The WebSocket /api/wall sends a "
+    "WallMessage and the JPEG files that it names, as one binary message: the length of the head in four bytes, head, "
+    "files; clients send WallClientMessage objects."
 )
 
 
@@ -56,6 +60,7 @@ def add_routes(app: FastAPI) -> None:
         basemap,
         relief,
         events,
+        wall,
     ):
         # Routers state whole paths. Other than with include_router, applications share the routes once they are built.
         app.router.routes.extend(group.router.routes)
@@ -70,6 +75,10 @@ def make_document() -> dict[str, Any]:
     schema = SERVER_MESSAGE.json_schema(mode="serialization", ref_template="#/components/schemas/{model}")
     document["components"]["schemas"] |= schema.pop("$defs")
     document["components"]["schemas"]["ServerMessage"] = schema
+    for name, model in (("WallMessage", WALL_MESSAGE), ("WallClientMessage", WALL_CLIENT_MESSAGE)):
+        schema = model.json_schema(mode="serialization", ref_template="#/components/schemas/{model}")
+        document["components"]["schemas"] |= schema.pop("$defs")
+        document["components"]["schemas"][name] = schema
     return document
 
 

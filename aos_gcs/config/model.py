@@ -15,6 +15,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validat
 
 from aos_gcs.mission.command_order import MAX_AGE_S
 from aos_gcs.planning.settings import PreflightSettings
+from aos_gcs.wall.model import WallSettings
 
 _STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
 
@@ -117,6 +118,12 @@ class ApiConfig(BaseModel):
     """Oldest state of the mission by which an operator may command, in real seconds: more for slow networks."""
     plans_folder: Path = Path("plans")
     """Folder in which operators save plans."""
+    wall_rate_hz: Annotated[float, Field(ge=0.1, le=10.0)] = WallSettings().rate_hz
+    """Greatest number of live pictures per tile and second."""
+    wall_width_px: Annotated[int, Field(ge=64, le=1280)] = WallSettings().width_px
+    """Width of the tiles of live pictures."""
+    wall_follow_width_px: Annotated[int, Field(ge=64, le=1920)] = WallSettings().follow_width_px
+    """Width of a live picture that fills the screen."""
     basemap: Path | None = None
     """PMTiles file that the dashboard shows below the mission; by default it shows a metric grid only."""
 

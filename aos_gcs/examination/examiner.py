@@ -29,7 +29,7 @@ from aos_gcs.mission.model.phase import Outcome, OutcomeRecord, Phase
 from aos_gcs.mission.model.steps import StepRecord
 from aos_gcs.mission.search.targeting import error_ellipse
 from aos_gcs.ports import Capture, Clock, Severity
-from aos_gcs.store.reader import MAX_UTC_S
+from aos_gcs.store.frame_entry import MAX_UTC_S
 from aos_gcs.store.recorder import MissionRecorder
 from aos_gcs.surveys.anomalies import PERSON_M
 from aos_gcs.surveys.images import read_frame

@@ -26,7 +26,8 @@ from aos_gcs.mission.model.findings import Finding, FindingStatus
 from aos_gcs.mission.viewing import FrameKind, PictureFormat, View, ViewedStep, ViewKind, ViewWindow
 from aos_gcs.runtime.step_views import ViewSource, describe_step, view_step
 from aos_gcs.runtime.viewer import view_source
-from aos_gcs.store.reader import FrameEntry, MissionReader
+from aos_gcs.store.frame_entry import FrameEntry
+from aos_gcs.store.reader import MissionReader
 
 FRAMES: Final = "frames"
 INTEGRALS: Final = "integrals"

@@ -21,6 +21,7 @@ from aos_gcs.runtime.follower import Alive, run_follower
 from aos_gcs.runtime.handover import HandoverPrinter
 from aos_gcs.runtime.operation import Operation
 from aos_gcs.runtime.viewer import Viewer
+from aos_gcs.runtime.wall import make_wall
 from aos_gcs.runtime.workers import VIEWS
 from aos_gcs.workers.process import open_worker
 
@@ -59,6 +60,7 @@ async def _show(listener: socket.socket, mirror: MissionMirror, start: ApiStart,
             viewer=viewer,
             operation=operation,
             handovers=handovers,
+            wall=make_wall(mirror, lambda: start.mission_folder, start.api),
             folder=start.mission_folder,
         ):
             alive.begin_to_serve()

@@ -19,6 +19,7 @@ from aos_gcs.mission.viewing import OperationView, SortieChoice, ViewControl
 from aos_gcs.planning.settings import TerrainSettings
 from aos_gcs.runtime.encryption import tls_files
 from aos_gcs.runtime.sign_in import OperatorSecrets, announce
+from aos_gcs.wall.board import Wall
 
 
 @asynccontextmanager
@@ -31,6 +32,7 @@ async def serve_flight(
     viewer: ViewControl,
     handovers: HandoverControl,
     operation: OperationView,
+    wall: Wall,
     folder: Path,
 ) -> AsyncIterator[None]:
     """Serve the dashboard of a mission in another process for as long as the context is entered.
@@ -43,6 +45,7 @@ async def serve_flight(
         viewer: views of recorded frames.
         handovers: hand-overs of the record.
         operation: sorties of its operation.
+        wall: live pictures of its cameras.
         folder: mission folder.
     """
     app = create_app(
@@ -59,6 +62,7 @@ async def serve_flight(
         operation=operation,
         plans_folder=config.plans_folder,
         basemap_file=config.basemap or folder / MISSION_BASEMAP,
+        wall=wall,
         upstream=mission,
     )
     files = tls_files(config)
@@ -79,6 +83,7 @@ async def open_dashboard(
     operation: OperationView | None = None,
     sortie_choice: SortieChoice | None = None,
     terrain: TerrainSettings | None = None,
+    wall: Wall | None = None,
     folder: Path | None = None,
 ) -> AsyncIterator[None]:
     """Serve the dashboard of a mission that is only shown, for as long as the context is entered.
@@ -94,6 +99,7 @@ async def open_dashboard(
         operation: sorties of the mission's operation; None for surveys.
         sortie_choice: choice of the sortie that is replayed.
         terrain: elevation model of the mission.
+        wall: pictures of its cameras at the time of the replay; None for surveys.
         folder: mission folder, whose base map is shown where the configuration names none.
 
     Raises:
@@ -117,6 +123,7 @@ async def open_dashboard(
         plans_folder=config.plans_folder,
         basemap_file=config.basemap or (None if folder is None else folder / MISSION_BASEMAP),
         terrain=terrain,
+        wall=wall,
     )
     async with serve(app, config.host, config.port) as address:
         announce(address, config, operators.code)

@@ -45,5 +45,10 @@ HANDOVER: Final = WorkerSettings(
 )
 """Makes a hand-over on paper when somebody asks for one, and ends."""
 
+WALL: Final = WorkerSettings(
+    name="Live pictures", memory_bytes=2 * _GIB, timeout_s=5.0, modules=("aos_gcs.wall.rendering",)
+)
+"""Renders tiles while somebody watches; the flight knows nothing of it."""
+
 DECODING: Final = WorkerSettings(name="Image decoding", memory_bytes=2 * _GIB, timeout_s=5.0, modules=("cv2",))
 """Decodes the files of cameras. One that it cannot decode costs one frame."""

@@ -9,13 +9,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from types import NoneType, TracebackType
-from typing import Any, Final, Self, TypeVar
-
-import numpy as np
+from typing import Any, Self, TypeVar
 
 from aos_gcs.errors import InputDataError
-from aos_gcs.geometry.camera import CameraModel
-from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.mission.model.actions import ActionRecord
 from aos_gcs.mission.model.decisions import ConclusionRecord, DecisionRecord, SearchRecord
 from aos_gcs.mission.model.events import Event, EventData, EventKind, NoticeRecord, PicturesRecord, PlanRecord
@@ -23,9 +19,8 @@ from aos_gcs.mission.model.phase import Outcome, OutcomeRecord, Phase
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.steps import PictureKind, StepRecord
 from aos_gcs.mission.model.vehicles import SettingsRecord
-from aos_gcs.ports import Capture
 from aos_gcs.store.codec import decode
-from aos_gcs.store.images import EncodedImage, decode_image
+from aos_gcs.store.frame_entry import DAMAGE, FrameEntry, time_s, typed
 from aos_gcs.store.opening import SQLITE_DAMAGE, open_database
 from aos_gcs.store.schema import DATABASE_NAME, MANIFEST_NAME, picture_path
 from aos_gcs.store.upgrade import FIRST_WITH_DECISIONS, FIRST_WITH_SETTINGS, upgraded
@@ -39,67 +34,6 @@ EVENT_TYPES: dict[EventKind, type[EventData]] = {
     EventKind.PICTURES: PicturesRecord,
     EventKind.PLAN: PlanRecord,
 }
-
-MAX_UTC_S: Final = 1e11
-"""Latest time of a record that is believed: the year 5138."""
-_DAMAGE: Final = (ValueError, TypeError, OverflowError, RecursionError)
-"""What reading damaged data raises; data that are nested too deeply exhaust the parser's recursion."""
-
-
-@dataclass(frozen=True, slots=True)
-class FrameEntry:
-    """A recorded frame, its image still on the disk."""
-
-    step: int
-    vehicle_id: int
-    path: Path
-    time_sigma_s: float | None
-    """Standard deviation of the pose's time; None where it was not reported, and in older recordings."""
-    digest: str | None
-    """Digest of the frame as it was recorded; None in older recordings."""
-    _row: sqlite3.Row
-
-    @property
-    def utc_s(self) -> float:
-        """Time of exposure.
-
-        Raises:
-            InputDataError: the row is damaged.
-        """
-        try:
-            return _time_s(self._row)
-        except _DAMAGE as error:
-            raise InputDataError(f"cannot read the time of the frame {self.path}: {error}") from error
-
-    def load(self) -> Capture:
-        """Return the frame as the mission has seen it.
-
-        Raises:
-            InputDataError: the image file is missing or damaged.
-        """
-        try:
-            return self._load()
-        except (OSError, InputDataError, *_DAMAGE) as error:
-            raise InputDataError(f"cannot read the frame {self.path}: {error}") from error
-
-    def _load(self) -> Capture:
-        row = self._row
-        bands = decode(tuple[str, ...], json.loads(row["bands"]))
-        encoded = EncodedImage(self.path.suffix, self.path.read_bytes())
-        image = decode_image(encoded, bands, row["dtype"])
-        return Capture(
-            vehicle_id=self.vehicle_id,
-            image_index=_typed(row, "image_index", int),
-            utc_s=_time_s(row),
-            image=image,
-            bands=bands,
-            position=GeodeticPosition(
-                *(_typed(row, name, int, float) for name in ("latitude_deg", "longitude_deg", "altitude_amsl_m"))
-            ),
-            R_cam2enu=np.array(json.loads(row["R_cam2enu"])),
-            camera=decode(CameraModel, json.loads(row["camera"])),
-            time_sigma_s=self.time_sigma_s,
-        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,7 +85,7 @@ class MissionReader:
         path = self._folder / MANIFEST_NAME
         try:
             manifest = json.loads(path.read_text(encoding="utf-8"))
-        except (OSError, *_DAMAGE) as error:
+        except (OSError, *DAMAGE) as error:
             raise InputDataError(f"cannot read {path}: {error}") from error
         if not isinstance(manifest, dict):
             raise InputDataError(f"cannot read {path}: it is not a JSON object")
@@ -167,14 +101,14 @@ class MissionReader:
             with self._explained(f"event {row['seq']}"):
                 row_kind = EventKind(row["kind"])
                 data = decode(EVENT_TYPES[row_kind], upgraded(self._version, row_kind, json.loads(row["data"])))
-                event = Event(row["seq"], _time_s(row), row_kind, data)
+                event = Event(row["seq"], time_s(row), row_kind, data)
             yield event
 
     def event_index(self) -> tuple[EventEntry, ...]:
         """Return number, time and kind of all events, without their content."""
         rows = self._rows("SELECT seq, utc_s, kind FROM events ORDER BY seq")
         with self._explained("events"):
-            return tuple(EventEntry(row["seq"], _time_s(row), EventKind(row["kind"])) for row in rows)
+            return tuple(EventEntry(row["seq"], time_s(row), EventKind(row["kind"])) for row in rows)
 
     def event(self, seq: int) -> Event:
         """Return one event.
@@ -192,7 +126,7 @@ class MissionReader:
         found: list[tuple[float, Phase]] = []
         for row in self._rows(query, EventKind.SNAPSHOT.value):
             with self._explained("phase"):
-                utc_s, phase = _time_s(row), Phase(row["phase"])
+                utc_s, phase = time_s(row), Phase(row["phase"])
             if not found or found[-1][1] is not phase:
                 found.append((utc_s, phase))
         return tuple(found)
@@ -276,11 +210,32 @@ class MissionReader:
         with self._explained("frames"):
             return tuple(self._frame(row) for row in rows)
 
+    def newest_frames(self, after: int = 0, until_utc_s: float | None = None) -> tuple[FrameEntry, ...]:
+        """Return the newest frame of each vehicle among those after a number, and exposed until a time if given."""
+        query = (
+            "SELECT * FROM frames WHERE id IN (SELECT max(id) FROM frames"
+            " WHERE id > ?1 AND (?2 IS NULL OR utc_s <= ?2) GROUP BY vehicle_id) ORDER BY vehicle_id"
+        )
+        rows = self._rows(query, after, until_utc_s)
+        with self._explained("frames"):
+            return tuple(self._frame(row) for row in rows)
+
+    def frame(self, number: int) -> FrameEntry:
+        """Return one frame.
+
+        Raises:
+            InputDataError: there is none of that number.
+        """
+        for row in self._rows("SELECT * FROM frames WHERE id = ?", number):
+            with self._explained("frame"):
+                return self._frame(row)
+        raise InputDataError(f"{self._folder} has no frame {number}")
+
     def _frame(self, row: sqlite3.Row) -> FrameEntry:
         names = row.keys()
-        sigma_s = _typed(row, "time_sigma_s", int, float, NoneType) if "time_sigma_s" in names else None
-        digest = _typed(row, "digest", str) if "digest" in names else None
-        step, vehicle_id = _typed(row, "step", int), _typed(row, "vehicle_id", int)
+        sigma_s = typed(row, "time_sigma_s", int, float, NoneType) if "time_sigma_s" in names else None
+        digest = typed(row, "digest", str) if "digest" in names else None
+        step, vehicle_id = typed(row, "step", int), typed(row, "vehicle_id", int)
         return FrameEntry(step, vehicle_id, self._path(row), sigma_s, digest, row)
 
     def _path(self, row: sqlite3.Row) -> Path:
@@ -310,7 +265,7 @@ class MissionReader:
         """Return how the mission has ended; None while it goes on, and when its program was killed."""
         for row in self._rows("SELECT * FROM outcome"):
             with self._explained("outcome"):
-                return OutcomeRecord(_time_s(row), Outcome(row["outcome"]), json.loads(row["summary"]))
+                return OutcomeRecord(time_s(row), Outcome(row["outcome"]), json.loads(row["summary"]))
         return None
 
     def _first(self, query: str, column: str, hint: type[T], *values: object) -> T | None:
@@ -332,20 +287,5 @@ class MissionReader:
     def _explained(self, what: str) -> Iterator[None]:
         try:
             yield
-        except _DAMAGE as error:
+        except DAMAGE as error:
             raise InputDataError(f"{self._folder / DATABASE_NAME}: {what} cannot be read: {error}") from error
-
-
-def _typed(row: sqlite3.Row, column: str, *kinds: type) -> Any:
-    """Return a value of one of these types; SQLite keeps any value in any column."""
-    value = row[column]
-    if type(value) not in kinds:
-        raise ValueError(f"{column} is {str(value)[:40]!r}")
-    return value
-
-
-def _time_s(row: sqlite3.Row) -> float:
-    utc_s: float = _typed(row, "utc_s", int, float)
-    if not 0.0 <= utc_s <= MAX_UTC_S:
-        raise ValueError(f"{utc_s!r} is not a time")
-    return utc_s

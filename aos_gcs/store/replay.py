@@ -102,6 +102,11 @@ class MissionReplay:
                 return Picture(kind, data.step, png, data.west_m, data.south_m, data.east_m, data.north_m)
         return None
 
+    @property
+    def utc_s(self) -> float:
+        """Present time in the recording."""
+        return self._utc_s
+
     def subscribe(self) -> AbstractContextManager[AsyncIterator[Event]]:
         """Follow what is replayed."""
         return self._stream.subscribe()

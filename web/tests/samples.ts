@@ -93,6 +93,7 @@ export const CAPABILITIES = {
   operation: true,
   survey: false,
   handover: true,
+  wall: true,
 } as const;
 
 export function target(changes: Partial<Target> = {}): Target {

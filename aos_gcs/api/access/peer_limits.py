@@ -10,6 +10,7 @@ from __future__ import annotations
 import asyncio
 from collections import Counter, OrderedDict
 from collections.abc import Callable, Container, Iterable
+from enum import Enum, auto
 from http import HTTPStatus
 from typing import Final
 
@@ -26,13 +27,21 @@ from aos_gcs.token_bucket import TokenBucket
 
 FOLLOWERS_PER_PEER: Final = 32
 FOLLOWERS_IN_ALL: Final = 128
-"""Event streams of observers; each costs the service some work with every change."""
+"""Event streams of observers, and as many viewers of the wall; each costs the service some work with every change."""
 REQUESTS_PER_S: Final = 100.0
 BURST: Final = 500.0
 """Requests that an address may send at once: a page with a map of tiles sends hundreds."""
+WALL_PATH: Final = "/api/wall"
 ADMISSION: Final = "admission"
 """Name under which the state of a request has the admission of its connection."""
 _TRY_LATER: Final = 1013
+
+
+class Stream(Enum):
+    """WebSockets of the service, each with limits of its own: a page that watches the wall has one of both."""
+
+    EVENTS = auto()
+    WALL = auto()
 
 
 class PeerLimits:
@@ -47,7 +56,7 @@ class PeerLimits:
     def __init__(self, now_s: Callable[[], float], known: Iterable[str] = (), exempt: Container[str] = ()) -> None:
         self._now_s = now_s
         self._budgets: OrderedDict[str, TokenBucket] = OrderedDict()
-        self._followers: Counter[str] = Counter()
+        self._followers = {stream: Counter[str]() for stream in Stream}
         self.connections = ConnectionLimits(now_s, exempt)
         for address in known:
             self.connections.know(address)
@@ -61,22 +70,22 @@ class PeerLimits:
             self._budgets.popitem(last=False)
         return budget.take(1.0, now_s)
 
-    def begin_following(self, address: str) -> bool:
-        """Return whether an address may follow the events once more, and count it until ``end_following``."""
-        peer = group_of(address)
-        if self._followers[peer] >= FOLLOWERS_PER_PEER:
+    def begin_following(self, address: str, stream: Stream = Stream.EVENTS) -> bool:
+        """Return whether an address may follow a stream once more, and count it until ``end_following``."""
+        peer, followers = group_of(address), self._followers[stream]
+        if followers[peer] >= FOLLOWERS_PER_PEER:
             return False
-        if not self.connections.is_known(address) and self._followers.total() >= FOLLOWERS_IN_ALL:
+        if not self.connections.is_known(address) and followers.total() >= FOLLOWERS_IN_ALL:
             return False
-        self._followers[peer] += 1
+        followers[peer] += 1
         return True
 
-    def end_following(self, address: str) -> None:
-        """Count one event stream less."""
-        peer = group_of(address)
-        self._followers[peer] -= 1
-        if self._followers[peer] <= 0:
-            del self._followers[peer]
+    def end_following(self, address: str, stream: Stream = Stream.EVENTS) -> None:
+        """Count one stream less."""
+        peer, followers = group_of(address), self._followers[stream]
+        followers[peer] -= 1
+        if followers[peer] <= 0:
+            del followers[peer]
 
 
 class PeerLimitMiddleware:
@@ -118,13 +127,14 @@ class PeerLimitMiddleware:
     async def _pass_on(self, address: str, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass on what is no operator's, within the limits."""
         if scope["type"] == "websocket":
-            if not self._limits.begin_following(address):
+            stream = Stream.WALL if scope["path"] == WALL_PATH else Stream.EVENTS
+            if not self._limits.begin_following(address, stream):
                 await _refuse("too_many_streams", "", scope, receive, send)
                 return
             try:
                 await self._app(scope, receive, send)
             finally:
-                self._limits.end_following(address)
+                self._limits.end_following(address, stream)
         elif self._limits.take_request(address):
             await self._app(scope, receive, send)
         else:

@@ -38,6 +38,7 @@ class CapabilitiesModel(WireModel):
     operation: bool = Field(description="The sorties of the operation can be listed.")
     survey: bool = Field(description="A recorded flight is shown: there are no vehicles to watch or to command.")
     handover: bool = Field(description="The mission can be handed over as a PDF.")
+    wall: bool = Field(description="Live pictures of the cameras can be watched.")
 
 
 class BasemapModel(WireModel):

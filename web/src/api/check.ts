@@ -75,6 +75,7 @@ const capabilities = shape({
   findings: isBoolean,
   survey: isBoolean,
   handover: isBoolean,
+  wall: isBoolean,
 });
 /** Fields of messages that describe the state, or say that it is unchanged. */
 const AGE = { mission_age_s: isNumber, seen: isString };

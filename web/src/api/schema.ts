@@ -1134,6 +1134,11 @@ export interface components {
        * @description Recorded steps can be seen again; findings have pictures.
        */
       viewer: boolean;
+      /**
+       * Wall
+       * @description Live pictures of the cameras can be watched.
+       */
+      wall: boolean;
     };
     /**
      * ChangesMessage
@@ -2905,6 +2910,62 @@ export interface components {
      */
     Task: "idle" | "joining" | "swarm" | "held" | "returning" | "landing" | "landed" | "lost";
     /**
+     * ThermalScaleModel
+     * @description Values of the darkest and the brightest colour.
+     */
+    ThermalScaleModel: {
+      /**
+       * Celsius
+       * @description Whether they are degrees Celsius; else levels of the camera.
+       */
+      celsius: boolean;
+      /** High */
+      high: number;
+      /** Low */
+      low: number;
+    };
+    /**
+     * TilePictureModel
+     * @description A picture that follows the head.
+     */
+    TilePictureModel: {
+      /**
+       * At Camera
+       * @description Whether that is the place of the camera, since it shows no known ground.
+       */
+      at_camera: boolean;
+      /**
+       * Bytes
+       * @description Length of its JPEG file.
+       */
+      bytes: number;
+      /** Height Px */
+      height_px: number;
+      /**
+       * Latitude Deg
+       * @description Place in the middle of the picture; null while unknown.
+       */
+      latitude_deg: number | null;
+      /** Longitude Deg */
+      longitude_deg: number | null;
+      /**
+       * Palette
+       * @description Colours of temperatures; null for other pictures.
+       */
+      palette: string | null;
+      /** @description Null where colours are relative. */
+      scale: components["schemas"]["ThermalScaleModel"] | null;
+      /** Tile */
+      tile: string;
+      /**
+       * Utc S
+       * @description Time of the exposure; of an integral, of its step.
+       */
+      utc_s: number;
+      /** Width Px */
+      width_px: number;
+    };
+    /**
      * TimelineModel
      * @description A replay and its timeline.
      */
@@ -3153,6 +3214,95 @@ export interface components {
      * @enum {string}
      */
     ViewKind: "integral" | "thermal" | "anomaly" | "coverage";
+    /**
+     * WallAnswer
+     * @description A message was received and shown.
+     */
+    WallAnswer: {
+      /**
+       * @description discriminator enum property added by openapi-typescript
+       * @enum {string}
+       */
+      kind: "shown";
+      /** Number */
+      number: number;
+    };
+    WallClientMessage: components["schemas"]["WallRequest"] | components["schemas"]["WallAnswer"];
+    /**
+     * WallMessage
+     * @description Head of a message of the wall.
+     */
+    WallMessage: {
+      /**
+       * Ages S
+       * @description Age of what each watched tile shows.
+       */
+      ages_s: {
+        [key: string]: number;
+      };
+      /**
+       * Live
+       * @description Whether time goes on by itself; false in a replay.
+       */
+      live: boolean;
+      /**
+       * Number
+       * @description Counts the messages to this client; its answer names it.
+       */
+      number: number;
+      /** Pictures */
+      pictures: components["schemas"]["TilePictureModel"][];
+      /**
+       * Rate Hz
+       * @description Pictures per tile and second, at most.
+       */
+      rate_hz: number;
+      /**
+       * Refused
+       * @description Why the latest request was refused; empty otherwise.
+       */
+      refused: string;
+      /**
+       * Sent S
+       * @description Time of sending by a clock of the service that never jumps.
+       */
+      sent_s: number;
+      /**
+       * Stale S
+       * @description Age from which pictures are to be marked as old.
+       */
+      stale_s: number;
+      /**
+       * Tiles
+       * @description All tiles that there are.
+       */
+      tiles: string[];
+    };
+    /**
+     * WallRequest
+     * @description Tiles that this client watches from now on.
+     */
+    WallRequest: {
+      /**
+       * @description discriminator enum property added by openapi-typescript
+       * @enum {string}
+       */
+      kind: "watch";
+      /**
+       * Large
+       * @description Whether the one tile comes in the size for a full screen.
+       * @default false
+       */
+      large: boolean;
+      /**
+       * Rate Hz
+       * @description Pictures per tile and second, at most.
+       * @default null
+       */
+      rate_hz: number | null;
+      /** Tiles */
+      tiles: string[];
+    };
     /**
      * WaypointModel
      * @description One vehicle's planned waypoint of a step, and what safety has made of it.

@@ -1,0 +1,227 @@
+"""The wall: newest pictures of the tiles that somebody watches, each made once for all viewers.
+
+Nothing is done while nobody watches. Each tile has one slot per size with its newest picture, and each viewer knows
+what it was sent last: whoever is slow gets fewer pictures, never older ones. What the pictures cost is bounded: a tile
+is rendered at most so many times per second, and the worker rests twice as long as it has worked.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import math
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractAsyncContextManager, contextmanager
+from pathlib import Path
+from typing import Final
+
+from aos_gcs.errors import AosError, InputDataError
+from aos_gcs.mission.model.steps import Picture, PictureKind
+from aos_gcs.ports import Worker
+from aos_gcs.wall.model import FrameFacts, Slot, TileKind, TileName, WallSettings
+from aos_gcs.wall.places import raster_place, viewed_place
+from aos_gcs.wall.rendering import newest_frames, render_frame, render_raster
+from aos_gcs.wall.source import WallSource
+from aos_gcs.wall.watch import Watch
+
+_log = logging.getLogger(__name__)
+
+POLL_S: Final = 0.1
+"""Shortest pause between two looks at the record."""
+LINGER_S: Final = 20.0
+"""Time for which the worker is kept when nobody watches any more: pages are reloaded."""
+RETRY_S: Final = 1.0
+"""Pause after an error, such as a record that cannot be read."""
+_REST: Final = 2.0
+"""Rest of the worker, as a multiple of the time that it has worked."""
+_EARLY: Final = 0.9
+"""Share of the interval between two pictures of a tile after which the next one may be made."""
+_RASTERS: Final = {TileKind.COLOUR: PictureKind.INTEGRAL, TileKind.THERMAL: PictureKind.THERMAL}
+
+Size = tuple[TileName, int]
+"""A tile and its width in pixels."""
+OpenWorker = Callable[[], AbstractAsyncContextManager[Worker]]
+
+
+class Wall:
+    """Tiles of one mission. ``run`` makes the pictures, ``watch`` registers viewers.
+
+    Args:
+        source: mission that is shown.
+        open_worker: starts what renders.
+        settings: limits.
+        now_s: clock in real seconds.
+    """
+
+    def __init__(
+        self, source: WallSource, open_worker: OpenWorker, settings: WallSettings, now_s: Callable[[], float]
+    ) -> None:
+        self.settings = settings
+        self.source = source
+        self._open_worker = open_worker
+        self._now_s = now_s
+        self._watches: set[Watch] = set()
+        self._has_watches = asyncio.Event()
+        self._slots: dict[Size, Slot] = {}
+        self._tried: dict[Size, int] = {}
+        """Origin of the picture that was made last, or could not be made."""
+        self._tried_at_s: dict[Size, float] = {}
+        self._folder: Path | None = None
+        self._newest: dict[int, tuple[FrameFacts, float]] = {}
+        self._after = 0
+        self._count = 0
+
+    @contextmanager
+    def watch(self) -> Iterator[Watch]:
+        """Register a viewer for as long as the context is entered."""
+        watch = Watch(self, self._now_s)
+        self._watches.add(watch)
+        self._has_watches.set()
+        try:
+            yield watch
+        finally:
+            self._watches.discard(watch)
+
+    async def run(self) -> None:
+        """Make pictures while there are viewers, until cancelled."""
+        while True:
+            await self._has_watches.wait()
+            try:
+                async with self._open_worker() as worker, asyncio.TaskGroup() as group:
+                    following = group.create_task(self.source.follow())
+                    await self._serve(worker)
+                    following.cancel()
+            except Exception:  # whatever it is: the dashboard goes on without live pictures
+                _log.exception("Live pictures cannot be made at present")
+                await asyncio.sleep(RETRY_S)
+
+    def tiles(self) -> tuple[TileName, ...]:
+        """Return the tiles that there are pictures of, the integral first."""
+        rasters = [TileName(None, kind) for kind, raster in _RASTERS.items() if self.source.picture(raster)]
+        cameras = [TileName(one, kind) for one in sorted(self._newest) for kind in self._newest[one][0].kinds]
+        return (*rasters, *cameras)
+
+    def slot(self, tile: TileName, *, is_large: bool) -> Slot | None:
+        """Return the newest picture of a tile; None while there is none."""
+        return self._slots.get((tile, self._width_px(is_large)))
+
+    def age_s(self, slot: Slot) -> float:
+        """Return the age of what a picture shows.
+
+        A live one is at least as old as the time since it was found, whatever the clocks of cameras say.
+        """
+        age_s = max(0.0, self.source.now_utc_s() - slot.utc_s)
+        return age_s if self.source.until_utc_s is not None else max(age_s, self._now_s() - slot.seen_at_s)
+
+    def _width_px(self, is_large: bool) -> int:
+        return self.settings.follow_width_px if is_large else self.settings.width_px
+
+    # --- work ---------------------------------------------------------------------------------------------------------
+
+    async def _serve(self, worker: Worker) -> None:
+        """Make pictures until nobody has watched for a while."""
+        watched_at_s, is_working = self._now_s(), True
+        while self._watches or self._now_s() - watched_at_s < LINGER_S:
+            begin_s = self._now_s()
+            if not self._watches:
+                await asyncio.sleep(POLL_S)
+                continue
+            watched_at_s = begin_s
+            try:
+                await self._look(worker)
+                await self._render_due(worker)
+            except AosError as error:
+                if is_working:
+                    _log.warning("Live pictures: %s", error)
+                is_working = False
+                await asyncio.sleep(RETRY_S)
+            else:
+                is_working = True
+                await asyncio.sleep(max(POLL_S, _REST * (self._now_s() - begin_s)))
+        self._forget(list(self._tried))
+        if not self._watches:
+            self._has_watches.clear()
+
+    async def _look(self, worker: Worker) -> None:
+        """Find the newest frame of each vehicle."""
+        folder, until_utc_s = self.source.folder, self.source.until_utc_s
+        if folder != self._folder:
+            self._folder, self._after = folder, 0
+            self._newest.clear()
+            self._forget(list(self._tried))
+        after = self._after if until_utc_s is None else 0
+        found = await worker.run(newest_frames, folder, after, until_utc_s)
+        if until_utc_s is not None:  # a replay may have gone back to where some had no frame yet
+            there = {frame.vehicle_id for frame in found}
+            self._forget([size for size in self._tried if size[0].vehicle_id not in there | {None}])
+            self._newest.clear()
+        now_s = self._now_s()
+        for frame in found:
+            self._newest[frame.vehicle_id] = frame, now_s
+            self._after = max(self._after, frame.number)
+
+    def _forget(self, sizes: Sequence[Size]) -> None:
+        for size in sizes:
+            self._slots.pop(size, None)
+            self._tried.pop(size, None)
+            self._tried_at_s.pop(size, None)
+
+    async def _render_due(self, worker: Worker) -> None:
+        """Render what is watched and has something newer to show, at most as often as the settings say."""
+        wanted = {(tile, self._width_px(watch.is_large)) for watch in self._watches for tile in watch.tiles}
+        self._forget([size for size in self._tried if size not in wanted])
+        for frame, seen_at_s in list(self._newest.values()):
+            kinds = {TileName(frame.vehicle_id, kind) for kind in frame.kinds}
+            sizes = sorted(size for size in wanted if size[0] in kinds and self._is_due(size, frame.number))
+            if sizes:
+                await self._render_frame(worker, frame, seen_at_s, sizes)
+        for kind, raster in _RASTERS.items():
+            picture = self.source.picture(raster)
+            tile = TileName(None, kind)
+            for size in wanted:
+                if picture is not None and size[0] == tile and self._is_due(size, picture.step):
+                    await self._render_raster(worker, picture, size)
+
+    def _is_due(self, size: Size, origin: int) -> bool:
+        interval_s = _EARLY / self.settings.rate_hz
+        is_rested = self._now_s() - self._tried_at_s.get(size, -math.inf) >= interval_s
+        return is_rested and self._tried.get(size) != origin
+
+    def _try(self, sizes: Sequence[Size], origin: int) -> None:
+        """Note that pictures are being made: what cannot be rendered is not tried again and again."""
+        for size in sizes:
+            self._tried[size] = origin
+            self._tried_at_s[size] = self._now_s()
+
+    async def _render_frame(self, worker: Worker, frame: FrameFacts, seen_at_s: float, sizes: Sequence[Size]) -> None:
+        self._try(sizes, frame.number)
+        place = viewed_place(frame, self.source.ground_amsl_m())
+        kinds = [(tile.kind, width_px) for tile, width_px in sizes]
+        try:
+            pictures = await worker.run(render_frame, self.source.folder, frame.number, kinds)
+        except InputDataError as error:
+            _log.warning("Live pictures: %s", error)
+            return
+        for size, picture in zip(sizes, pictures, strict=True):
+            self._show(size, Slot(self._next_version(), picture, frame.utc_s, seen_at_s, place))
+
+    async def _render_raster(self, worker: Worker, raster: Picture, size: Size) -> None:
+        self._try([size], raster.step)
+        utc_s, seen_at_s = self.source.picture_utc_s(raster), self._now_s()
+        place = raster_place(raster, self.source.origin())
+        try:
+            picture = await worker.run(render_raster, raster.png, size[1])
+        except InputDataError as error:
+            _log.warning("Live pictures: %s", error)
+            return
+        self._show(size, Slot(self._next_version(), picture, utc_s, seen_at_s, place))
+
+    def _show(self, size: Size, slot: Slot) -> None:
+        """Put a picture into its slot, in the place of the former one, and tell the viewers."""
+        self._slots[size] = slot
+        for watch in self._watches:
+            watch.nudge()
+
+    def _next_version(self) -> int:
+        self._count += 1
+        return self._count

@@ -1,0 +1,119 @@
+"""A viewer of the wall: what it watches, and what it was sent last."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Final, Protocol
+
+from aos_gcs.errors import InputDataError
+from aos_gcs.wall.model import MAX_TILES, Slot, TileName, WallSettings
+
+HEARTBEAT_S: Final = 1.0
+"""Longest silence: ages go on, and a page that hears nothing for longer knows that it is cut off."""
+MIN_RATE_HZ: Final = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class WallUpdate:
+    """What a viewer is to be told."""
+
+    pictures: Mapping[TileName, Slot]
+    """Tiles with newer pictures than the viewer has."""
+    ages_s: Mapping[TileName, float]
+    """Age of what each watched tile shows; tiles without a picture are left out."""
+    tiles: tuple[TileName, ...]
+    """All tiles that there are."""
+
+
+class Tiles(Protocol):
+    """Tiles as viewers see them."""
+
+    settings: WallSettings
+
+    def tiles(self) -> tuple[TileName, ...]:
+        """Return the tiles that there are pictures of."""
+        ...
+
+    def slot(self, tile: TileName, *, is_large: bool) -> Slot | None:
+        """Return the newest picture of a tile; None while there is none."""
+        ...
+
+    def age_s(self, slot: Slot) -> float:
+        """Return the age of what a picture shows."""
+        ...
+
+
+class Watch:
+    """One viewer; made by ``Wall.watch``."""
+
+    def __init__(self, wall: Tiles, now_s: Callable[[], float]) -> None:
+        self._wall = wall
+        self._now_s = now_s
+        self._changed = asyncio.Event()
+        self._sent: dict[TileName, int] = {}
+        self._sent_at_s = -math.inf
+        self._told_at_s = -math.inf
+        self._rate_hz = wall.settings.rate_hz
+        self.tiles: tuple[TileName, ...] = ()
+        self.is_large = False
+
+    def choose(self, tiles: tuple[TileName, ...], *, is_large: bool = False, rate_hz: float | None = None) -> None:
+        """Watch these tiles from now on, at most so often per second as wanted and as the settings allow.
+
+        Raises:
+            InputDataError: there are too many, or more than one large one.
+        """
+        if len(tiles) > MAX_TILES:
+            raise InputDataError(f"tiles: at most {MAX_TILES} can be watched at a time, not {len(tiles)}")
+        if is_large and len(tiles) > 1:
+            raise InputDataError("large: only a single tile can be watched in this size")
+        most_hz = self._wall.settings.rate_hz
+        self._rate_hz = most_hz if rate_hz is None else min(most_hz, max(MIN_RATE_HZ, rate_hz))
+        if is_large != self.is_large:
+            self._sent.clear()
+        self.tiles, self.is_large = tuple(dict.fromkeys(tiles)), is_large
+        self._sent = {tile: version for tile, version in self._sent.items() if tile in tiles}
+        self.nudge_now()
+
+    def nudge(self) -> None:
+        """Note that there may be something new."""
+        self._changed.set()
+
+    def nudge_now(self) -> None:
+        """Have the next message go out at once, with or without pictures."""
+        self._told_at_s = -math.inf
+        self.nudge()
+
+    async def take(self) -> WallUpdate:
+        """Wait for newer pictures, and at least as long as the rate says; without any, until a heartbeat is due."""
+        while True:
+            self._changed.clear()
+            now_s = self._now_s()
+            next_s = self._sent_at_s + 1.0 / self._rate_hz
+            newer = self._newer()
+            if newer and now_s >= next_s:
+                self._sent_at_s = now_s
+                self._sent |= {tile: slot.version for tile, slot in newer.items()}
+                return self._told(newer)
+            beat_s = self._told_at_s + HEARTBEAT_S
+            if now_s >= beat_s:
+                return self._told({})
+            until_s = min(beat_s, next_s) if newer else beat_s
+            try:
+                async with asyncio.timeout(until_s - now_s):
+                    await self._changed.wait()
+            except TimeoutError:
+                continue
+
+    def _newer(self) -> dict[TileName, Slot]:
+        shown = ((tile, self._wall.slot(tile, is_large=self.is_large)) for tile in self.tiles)
+        return {tile: slot for tile, slot in shown if slot is not None and slot.version != self._sent.get(tile)}
+
+    def _told(self, pictures: Mapping[TileName, Slot]) -> WallUpdate:
+        self._told_at_s = self._now_s()
+        slots = {tile: self._wall.slot(tile, is_large=self.is_large) for tile in self.tiles}
+        ages_s = {tile: self._wall.age_s(slot) for tile, slot in slots.items() if slot is not None}
+        return WallUpdate(pictures, ages_s, self._wall.tiles())

@@ -1,0 +1,360 @@
+"""Live pictures: each is made once, when somebody watches, and nobody is shown an old one as new."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Iterator
+from contextlib import asynccontextmanager
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from aos_gcs.errors import InputDataError, WorkerError
+from aos_gcs.mission.model.steps import Picture, PictureKind
+from aos_gcs.wall.board import LINGER_S, Wall
+from aos_gcs.wall.model import FrameFacts, TileKind, TileName
+from aos_gcs.wall.places import viewed_place
+from aos_gcs.wall.rendering import newest_frames, render_frame, render_raster
+from aos_gcs.wall.watch import HEARTBEAT_S, WallUpdate, Watch
+from tests.fakes.mission import ORIGIN, ScriptedMission
+from tests.fakes.recording import HandClock
+from tests.fakes.wall import START_UTC_S, WIDTH_PX, CountedWorker, GrowingRecord, make_wall, utc_s
+
+pytestmark = pytest.mark.looptime(idle_timeout=60)
+
+FIRST = TileName(1, TileKind.COLOUR)
+SECOND = TileName(2, TileKind.COLOUR)
+INTEGRAL = TileName(None, TileKind.COLOUR)
+
+
+@pytest.fixture
+def record(tmp_path: Path) -> Iterator[GrowingRecord]:
+    record = GrowingRecord(tmp_path)
+    yield record
+    record.close()
+
+
+@pytest.fixture
+def worker() -> CountedWorker:
+    return CountedWorker()
+
+
+@pytest.fixture
+def wall(record: GrowingRecord, worker: CountedWorker) -> Wall:
+    return make_wall(ScriptedMission(HandClock()), record.folder, worker)
+
+
+@asynccontextmanager
+async def running(wall: Wall) -> AsyncIterator[None]:
+    task = asyncio.create_task(wall.run())
+    yield
+    task.cancel()
+    await asyncio.wait([task])
+
+
+async def next_pictures(watch: Watch) -> WallUpdate:
+    """Return the next update that has pictures."""
+    while not (update := await watch.take()).pictures:
+        pass
+    return update
+
+
+async def test_a_picture_is_made_once_for_all_viewers(wall: Wall, record: GrowingRecord, worker: CountedWorker) -> None:
+    record.add(1, START_UTC_S)
+    async with running(wall):
+        with wall.watch() as one, wall.watch() as other, wall.watch() as third:
+            for watch in (one, other, third):
+                watch.choose((FIRST,))
+            updates = [await next_pictures(watch) for watch in (one, other, third)]
+    jpegs = {update.pictures[FIRST].picture.jpeg for update in updates}
+    assert len(jpegs) == 1
+    image = cv2.imdecode(np.frombuffer(jpegs.pop(), np.uint8), cv2.IMREAD_COLOR)
+    assert image is not None
+    assert image.shape == (48, WIDTH_PX, 3)
+    assert worker.calls.count("render_frame") == 1
+
+
+async def test_nothing_is_done_while_nobody_watches(wall: Wall, record: GrowingRecord, worker: CountedWorker) -> None:
+    record.add(1, START_UTC_S)
+    async with running(wall):
+        await asyncio.sleep(10.0)
+        assert (worker.calls, worker.is_open) == ([], False)
+        with wall.watch() as watch:
+            watch.choose((FIRST,))
+            await next_pictures(watch)
+            assert worker.is_open
+        await asyncio.sleep(1.0)
+        calls = len(worker.calls)
+        await asyncio.sleep(LINGER_S + 1.0)
+        assert (len(worker.calls), worker.is_open) == (calls, False)
+        with wall.watch() as again:
+            again.choose((FIRST,))
+            assert (await next_pictures(again)).pictures
+
+
+async def test_only_what_is_watched_is_rendered(wall: Wall, record: GrowingRecord, worker: CountedWorker) -> None:
+    record.add(1, START_UTC_S)
+    record.add(2, START_UTC_S)
+    async with running(wall):
+        with wall.watch() as watch:
+            watch.choose((SECOND,))
+            update = await next_pictures(watch)
+            await asyncio.sleep(2.0)
+    assert set(update.pictures) == {SECOND}
+    assert update.tiles == (FIRST, SECOND)
+    assert worker.calls.count("render_frame") == 1
+
+
+async def test_no_more_pictures_than_the_rate_and_a_slow_viewer_has_the_newest(
+    wall: Wall, record: GrowingRecord, worker: CountedWorker
+) -> None:
+    async with running(wall):
+        with wall.watch() as quick, wall.watch() as slow:
+            quick.choose((FIRST,))
+            slow.choose((FIRST,))
+            counts = asyncio.create_task(_count_pictures(quick, 10.0))
+            for number in range(50):  # five per second
+                record.add(1, utc_s(), grey=number)
+                await asyncio.sleep(0.2)
+            late = await next_pictures(slow)
+            shown_at_utc_s = late.pictures[FIRST].utc_s
+            times_s = await counts
+    assert 15 <= len(times_s) <= 21
+    assert worker.calls.count("render_frame") <= 21
+    assert utc_s() - shown_at_utc_s < 1.0
+    assert len(late.pictures) == 1
+
+
+async def _count_pictures(watch: Watch, duration_s: float) -> list[float]:
+    times_s: list[float] = []
+    try:
+        async with asyncio.timeout(duration_s):
+            while True:
+                await next_pictures(watch)
+                times_s.append(utc_s())
+    except TimeoutError:
+        return times_s
+
+
+async def test_a_viewer_may_ask_for_fewer(wall: Wall, record: GrowingRecord) -> None:
+    async with running(wall):
+        with wall.watch() as watch:
+            watch.choose((FIRST,), rate_hz=0.5)
+            counts = asyncio.create_task(_count_pictures(watch, 10.0))
+            for _ in range(50):
+                record.add(1, utc_s())
+                await asyncio.sleep(0.2)
+            assert 4 <= len(await counts) <= 6
+
+
+async def test_a_camera_that_stops_grows_old(wall: Wall, record: GrowingRecord) -> None:
+    async with running(wall):
+        with wall.watch() as watch:
+            watch.choose((FIRST, SECOND))
+            record.add(1, utc_s())
+            record.add(2, utc_s())
+            await next_pictures(watch)
+            ages_s = []
+            for _ in range(20):
+                await asyncio.sleep(0.4)
+                record.add(2, utc_s())
+                ages_s.append((await watch.take()).ages_s)
+    firsts = [age_s[FIRST] for age_s in ages_s]
+    assert firsts == sorted(firsts)
+    assert firsts[-1] > 7.0
+    assert max(age_s[SECOND] for age_s in ages_s) < 1.5
+
+
+async def test_heartbeats_come_without_pictures(wall: Wall) -> None:
+    async with running(wall):
+        with wall.watch() as watch:
+            watch.choose((FIRST,))
+            await watch.take()
+            begin_s = utc_s()
+            assert (await watch.take()).ages_s == {}
+            assert utc_s() - begin_s == pytest.approx(HEARTBEAT_S)
+
+
+async def test_a_picture_from_a_clock_that_is_ahead_ages_all_the_same(wall: Wall, record: GrowingRecord) -> None:
+    async with running(wall):
+        with wall.watch() as watch:
+            watch.choose((FIRST,))
+            record.add(1, utc_s() + 3600.0)
+            await next_pictures(watch)
+            await asyncio.sleep(8.0)
+            assert (await watch.take()).ages_s[FIRST] >= 7.5
+
+
+async def test_a_damaged_frame_leaves_the_former_picture_and_stops_no_other(
+    wall: Wall, record: GrowingRecord, caplog: pytest.LogCaptureFixture
+) -> None:
+    async with running(wall):
+        with wall.watch() as watch:
+            watch.choose((FIRST, SECOND))
+            record.add(1, utc_s())
+            first = (await next_pictures(watch)).pictures[FIRST]
+            record.add(1, utc_s())
+            newest = max((record.folder / "frames").iterdir())
+            newest.write_bytes(b"no image")
+            record.add(2, utc_s())
+            assert set((await next_pictures(watch)).pictures) == {SECOND}
+            await asyncio.sleep(5.0)
+            assert wall.slot(FIRST, is_large=False) == first
+    assert sum("cannot read the frame" in message for message in caplog.messages) == 1
+
+
+async def test_a_worker_that_fails_costs_a_moment(wall: Wall, record: GrowingRecord, worker: CountedWorker) -> None:
+    record.add(1, START_UTC_S)
+    worker.failure = WorkerError("Live pictures has ended")
+    async with running(wall):
+        with wall.watch() as watch:
+            watch.choose((FIRST,))
+            assert (await next_pictures(watch)).pictures
+
+
+async def test_an_error_that_nobody_foresaw_is_logged_and_the_wall_goes_on(
+    wall: Wall, record: GrowingRecord, worker: CountedWorker, caplog: pytest.LogCaptureFixture
+) -> None:
+    record.add(1, START_UTC_S)
+    worker.failure = ZeroDivisionError("a defect")
+    async with running(wall):
+        with wall.watch() as watch:
+            watch.choose((FIRST,))
+            assert (await next_pictures(watch)).pictures
+    assert any("cannot be made at present" in message for message in caplog.messages)
+
+
+async def test_without_a_record_the_wall_is_empty_and_comes_when_there_is_one(
+    tmp_path: Path, worker: CountedWorker
+) -> None:
+    wall = make_wall(ScriptedMission(HandClock()), tmp_path / "mission", worker)
+    async with running(wall):
+        with wall.watch() as watch:
+            watch.choose((FIRST,))
+            await asyncio.sleep(3.0)
+            record = GrowingRecord(tmp_path)
+            record.add(1, utc_s())
+            assert (await next_pictures(watch)).pictures
+            record.close()
+
+
+async def test_the_integral_is_a_tile_of_the_time_of_its_step(record: GrowingRecord, worker: CountedWorker) -> None:
+    mission = ScriptedMission(HandClock())
+    wall = make_wall(mission, record.folder, worker)
+    rgba = np.zeros((40, 80, 4), dtype=np.uint8)
+    rgba[:, :40] = 255
+    png = cv2.imencode(".png", rgba)[1].tobytes()
+    async with running(wall):
+        with wall.watch() as watch:
+            watch.choose((INTEGRAL,))
+            assert (await watch.take()).tiles == ()
+            mission._pictures[PictureKind.INTEGRAL] = Picture(PictureKind.INTEGRAL, 3, png, -10.0, -5.0, 10.0, 5.0)
+            update = await next_pictures(watch)
+    slot = update.pictures[INTEGRAL]
+    assert update.tiles == (INTEGRAL,)
+    assert (slot.picture.width_px, slot.picture.height_px) == (WIDTH_PX, 32)
+    assert slot.place is not None
+    assert slot.place.latitude_deg == pytest.approx(ORIGIN.latitude_deg, abs=1e-7)
+
+
+class _Replay:
+    utc_s = START_UTC_S
+
+
+async def test_a_replay_shows_the_frames_of_its_time_and_goes_back(
+    record: GrowingRecord, worker: CountedWorker
+) -> None:
+    replay = _Replay()
+    for second in range(10):
+        record.add(1, START_UTC_S + second)
+    record.add(2, START_UTC_S + 6.0)
+    wall = make_wall(ScriptedMission(HandClock()), record.folder, worker, replay=replay)
+    async with running(wall):
+        with wall.watch() as watch:
+            watch.choose((FIRST, SECOND))
+            replay.utc_s = START_UTC_S + 7.5
+            update = await next_pictures(watch)
+            assert set(update.tiles) == {FIRST, SECOND}
+            assert update.ages_s[FIRST] == pytest.approx(0.5)
+            await asyncio.sleep(30.0)
+            assert (await watch.take()).ages_s[FIRST] == pytest.approx(0.5)
+            replay.utc_s = START_UTC_S + 3.2
+            update = await next_pictures(watch)
+            assert update.pictures[FIRST].utc_s == START_UTC_S + 3.0
+            assert (await watch.take()).tiles == (FIRST,)
+            assert wall.slot(SECOND, is_large=False) is None
+
+
+def test_temperatures_have_a_scale_in_degrees(record: GrowingRecord) -> None:
+    record.add(3, START_UTC_S, bands=(*COLOURS, "thermal"))
+    (facts,) = newest_frames(record.folder, 0, None)
+    assert facts.kinds == (TileKind.COLOUR, TileKind.THERMAL)
+    colour, thermal = render_frame(record.folder, facts.number, [(TileKind.COLOUR, 64), (TileKind.THERMAL, 40)])
+    assert colour.scale is None
+    assert thermal.scale is not None
+    assert (thermal.scale.low, thermal.scale.high) == pytest.approx((12.0, 34.0), abs=0.5)
+    assert thermal.scale.is_celsius
+    image = cv2.imdecode(np.frombuffer(thermal.jpeg, np.uint8), cv2.IMREAD_COLOR)
+    assert image is not None
+    assert image[12, 12].sum() > 400
+    assert image[2, 2].sum() < 100
+
+
+COLOURS = ("red", "green", "blue")
+
+
+@pytest.mark.parametrize("bands", [("thermal",), ("grey",), ("grey", "thermal")])
+def test_cameras_of_any_bands_have_tiles(record: GrowingRecord, bands: tuple[str, ...]) -> None:
+    record.add(1, START_UTC_S, bands=bands)
+    (facts,) = newest_frames(record.folder, 0, None)
+    pictures = render_frame(record.folder, facts.number, [(kind, 400) for kind in facts.kinds])
+    assert [(picture.width_px, picture.height_px) for picture in pictures] == [(80, 60)] * len(bands)
+
+
+def test_what_is_no_raster_is_refused() -> None:
+    with pytest.raises(InputDataError, match="raster"):
+        render_raster(b"nothing", 64)
+
+
+def facts(axis_enu: tuple[float, float, float], up_m: float = 35.0) -> FrameFacts:
+    lat, lon, amsl_m = ORIGIN.latitude_deg, ORIGIN.longitude_deg, ORIGIN.altitude_amsl_m + up_m
+    return FrameFacts(1, 1, START_UTC_S, (TileKind.COLOUR,), lat, lon, amsl_m, axis_enu)
+
+
+def test_the_place_is_where_the_camera_looks() -> None:
+    straight = viewed_place(facts((0.0, 0.0, -1.0)), ORIGIN.altitude_amsl_m)
+    assert (straight.latitude_deg, straight.is_camera) == (pytest.approx(ORIGIN.latitude_deg, abs=1e-7), False)
+    north = viewed_place(facts((0.0, 0.6, -0.8)), ORIGIN.altitude_amsl_m)
+    assert (north.latitude_deg - ORIGIN.latitude_deg) * 111_200.0 == pytest.approx(35.0 * 0.75, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("axis_enu", "ground_amsl_m"),
+    [((0.0, 1.0, 0.0), ORIGIN.altitude_amsl_m), ((0.0, 0.0, -1.0), None), ((0.0, 0.0, -1.0), 9000.0)],
+)
+def test_without_ground_in_view_the_place_is_the_cameras(
+    axis_enu: tuple[float, float, float], ground_amsl_m: float | None
+) -> None:
+    place = viewed_place(facts(axis_enu), ground_amsl_m)
+    assert (place.latitude_deg, place.is_camera) == (ORIGIN.latitude_deg, True)
+
+
+@pytest.mark.parametrize("text", ["", "3", "3.depth", "256.colour", "-1.colour", "all.", "3.colour ", "x" * 1000])
+def test_what_is_no_tile_is_refused(text: str) -> None:
+    with pytest.raises(ValueError, match="tiles are named"):
+        TileName.parse(text)
+
+
+def test_names_of_tiles_are_read_as_they_are_written() -> None:
+    for tile in (FIRST, INTEGRAL, TileName(255, TileKind.THERMAL)):
+        assert TileName.parse(str(tile)) == tile
+
+
+async def test_too_many_tiles_and_several_large_ones_are_refused(wall: Wall) -> None:
+    with wall.watch() as watch:
+        with pytest.raises(InputDataError, match="tiles: at most 24"):
+            watch.choose(tuple(TileName(one, TileKind.COLOUR) for one in range(25)))
+        with pytest.raises(InputDataError, match="large"):
+            watch.choose((FIRST, SECOND), is_large=True)
