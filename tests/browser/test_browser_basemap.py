@@ -24,6 +24,8 @@ from tests.fakes.tiles import MVT, PNG, Shape, pmtiles, tile_at, vector_tile
 pytestmark = pytest.mark.asyncio(loop_scope="session")
 
 ORANGE = "#e67814"
+BACKGROUND = "#f3f5f2"
+"""Of the map in the light theme, where nothing lies on it."""
 PALETTE_FILE = Path(__file__).resolve().parents[2] / "web/src/map/palette.ts"
 ZOOM = 14
 
@@ -175,19 +177,24 @@ async def test_contour_lines_and_shading_lie_where_the_ground_has_their_height(
     async with serving(partial(create_app, terrain=ground)) as service:
         await open_page(map_page, service.url)
         places = await map_places(map_page)
+        layers = map_page.get_by_test_id("map-layers")
+        # Both are shown from the moment at which the station has told of them, which may be long after the page is.
+        await layers.click()
+        await expect(map_page.get_by_test_id("layer-shading")).to_be_visible()
+        await layers.click()
         await show_only(map_page)
+        await places.await_colour(-30.0, 50.0, BACKGROUND)
         background = await places.colour(-30.0, 50.0)
-        await map_page.get_by_test_id("map-layers").click()
+        await layers.click()
         switch = map_page.get_by_test_id("layer-contours")
-        await expect(switch).to_be_visible()
         await switch.check()
-        await map_page.get_by_test_id("map-layers").click()
+        await layers.click()
         for north_m in (20.0, 40.0, 60.0):
             await places.await_line(-40.0, north_m, background)
             assert await places.colour(-40.0, north_m + 10.0) == background
-        await map_page.get_by_test_id("map-layers").click()
+        await layers.click()
         await switch.uncheck()
         await map_page.get_by_test_id("layer-shading").check()
-        await map_page.get_by_test_id("map-layers").click()
+        await layers.click()
         await places.await_line(-30.0, 50.0, background)  # ground that falls towards the south lies in the shade
         assert page_record.errors == []
