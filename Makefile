@@ -15,7 +15,7 @@ REQUIREMENTS := pyproject.toml constraints.txt
 ARGS ?=
 # Python keeps what it compiles, here too where the environment says otherwise: tests start many processes.
 export PYTHONDONTWRITEBYTECODE :=
-# Processes that run tests side by side; auto is one more than cores.
+# Processes that run tests side by side; auto is two more than cores, see tests/schedule.py.
 WORKERS ?= auto
 # Repetitions of the whole suite by make soak-test.
 RUNS ?= 10

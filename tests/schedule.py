@@ -39,6 +39,10 @@ FIRST = (
 )
 """Beginnings of units, the longest work first, so that all workers end at about the same time."""
 
+PROMPT_WORKERS = 2
+"""Workers that begin with the browser and with what waits; no other work may make these late."""
+_NICENESS = 5
+
 _THREADED = "mavsdk"
 """Part of the name of a contract's case whose driver waits for threads, where others run in virtual time."""
 
@@ -64,6 +68,11 @@ def next_unit(units: Iterable[str], others: Iterable[str]) -> str:
     return next((unit for unit in left if unit == BROWSER or unit.startswith(WAITING) is not must_compute), left[0])
 
 
+def niceness(worker_id: str) -> int:
+    """Return by how much a worker gives way to others: those that only compute take what the others leave."""
+    return _NICENESS if int(worker_id.removeprefix("gw")) >= PROMPT_WORKERS else 0
+
+
 def rank(item: pytest.Item) -> int:
     """Return the place of a test in the order; tests of equal rank keep theirs."""
     unit = unit_of(item.nodeid)
@@ -72,6 +81,11 @@ def rank(item: pytest.Item) -> int:
 
 class Scheduling(LoadFileScheduling):
     """Gives out work by units, so that what a module builds is built once, and what waits beside what computes."""
+
+    @property
+    def nodes(self) -> list[WorkerController]:
+        """Workers in the order of their names, so that the first ones begin with :data:`BROWSER` and what waits."""
+        return sorted(super().nodes, key=lambda node: int(node.gateway.id.removeprefix("gw")))
 
     def _split_scope(self, nodeid: str) -> str:
         return unit_of(nodeid)

@@ -40,6 +40,10 @@ def test_one_worker_waits_while_the_others_compute(units: list[str], others: lis
     assert schedule.next_unit(units, others) == chosen
 
 
+def test_workers_that_only_compute_give_way_to_those_that_others_wait_for() -> None:
+    assert [schedule.niceness(worker) > 0 for worker in ("gw0", "gw1", "gw2", "gw11")] == [False, False, True, True]
+
+
 def test_all_beginnings_of_units_name_tests(request: pytest.FixtureRequest) -> None:
     root = request.config.rootpath
     for beginning in schedule.FIRST:
