@@ -15,6 +15,7 @@ import shutil
 import subprocess
 import sys
 import zlib
+from dataclasses import dataclass
 from pathlib import Path
 
 PACKAGE = Path(__file__).resolve().parent.parent / "aos_gcs" / "imaging" / "native"
@@ -34,26 +35,44 @@ def main() -> None:
     if missing and (not compiler or shutil.which(compiler[0]) is None):
         sys.stderr.write("There is no C compiler: imaging works without its kernels, in more time.\n")
         return
-    for name, flags in missing.items():
-        if not compile_library(compiler, PACKAGE / name, [*FLAGS, *flags, f"-DAOS_SOURCES={checksum}u"]):
-            return
+    started = [
+        start_compiler(compiler, PACKAGE / name, [*FLAGS, *flags, f"-DAOS_SOURCES={checksum}u"])
+        for name, flags in missing.items()
+    ]
+    errors = [finish(compilation) for compilation in started]
+    if failed := next(filter(None, errors), None):
+        sys.stderr.write(f"The kernels of imaging cannot be compiled; it works without them, in more time.\n{failed}")
 
 
-def compile_library(compiler: list[str], path: Path, flags: list[str]) -> bool:
-    """Compile all sources to a library, and tell whether that has worked."""
+@dataclass(frozen=True)
+class Compilation:
+    """A library that is being compiled."""
+
+    compiler: subprocess.Popen[str]
+    unfinished: Path
+    path: Path
+
+
+def start_compiler(compiler: list[str], path: Path, flags: list[str]) -> Compilation:
+    """Begin to compile all sources to a library: the libraries are compiled side by side, one per core."""
     sources = sorted(str(source) for source in (PACKAGE / "src").glob("*.c"))
     # Beside its place and moved there: a process that has loaded the old library keeps it.
     unfinished = path.with_name(f"{path.name}.{os.getpid()}")
     command = [*compiler, *flags, "-o", str(unfinished), *sources, "-lm"]
-    result = subprocess.run(command, check=False, capture_output=True, text=True)  # noqa: S603 (our own sources)
-    if result.returncode:
-        unfinished.unlink(missing_ok=True)
-        sys.stderr.write(
-            f"The kernels of imaging cannot be compiled; it works without them, in more time.\n{result.stderr}"
-        )
-        return False
-    unfinished.replace(path)
-    return True
+    process = subprocess.Popen(  # noqa: S603 (our own sources)
+        command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+    )
+    return Compilation(process, unfinished, path)
+
+
+def finish(compilation: Compilation) -> str:
+    """Wait for a library and put it in its place; return what the compiler says if it fails, else nothing."""
+    _, told = compilation.compiler.communicate()
+    if compilation.compiler.returncode:
+        compilation.unfinished.unlink(missing_ok=True)
+        return told or f"The compiler has ended with exit status {compilation.compiler.returncode}."
+    compilation.unfinished.replace(compilation.path)
+    return ""
 
 
 def sources_checksum() -> int:

@@ -6,7 +6,10 @@ import asyncio
 import gc
 import logging
 import os
+import subprocess
+import sys
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from hypothesis import settings
@@ -17,6 +20,8 @@ from tests import schedule, timing
 # tests start inherit this; it is too late once NumPy and OpenCV are imported.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("OPENCV_FOR_THREADS_NUM", "1")
+
+_BUILD_KERNELS = Path(__file__).resolve().parents[1] / "scripts" / "build_kernels.py"
 
 # A property that fails must fail for everybody; HYPOTHESIS_PROFILE=explore looks for new examples.
 settings.register_profile("repeatable", derandomize=True, deadline=None, max_examples=50)
@@ -31,6 +36,12 @@ def pytest_configure() -> None:
     gc.disable()
 
 
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Compile the kernels of imaging, as make does: later, some processes would work with them and others without."""
+    if not hasattr(session.config, "workerinput"):
+        subprocess.run([sys.executable, _BUILD_KERNELS], check=True)  # noqa: S603
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(key=schedule.rank)
     for item in items:
@@ -39,9 +50,14 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 def pytest_collection_finish() -> None:
-    """Collect garbage from here on, and none of what is here: looking through all modules is a tenth of the work."""
+    """Collect garbage from here on, and none of what is here: looking through all modules is a tenth of the work.
+
+    Workers that only compute give way from here on: before, all wait until each has imported everything.
+    """
     gc.freeze()
     gc.enable()
+    if (worker_id := os.environ.get("PYTEST_XDIST_WORKER")) is not None:
+        os.nice(schedule.niceness(worker_id))
 
 
 @pytest.fixture(autouse=True)
@@ -56,8 +72,8 @@ def restored_logging() -> Iterator[None]:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers() -> int:
-    """One worker more than cores: tests often wait for other processes, but a browser needs its share of the cores."""
-    return (os.cpu_count() or 1) + 1
+    """As many workers as cores compute, beside one with the browser and one that mostly waits for other processes."""
+    return (os.cpu_count() or 1) + schedule.PROMPT_WORKERS
 
 
 @pytest.hookimpl(optionalhook=True)

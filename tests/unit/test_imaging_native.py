@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 import sys
@@ -30,12 +31,9 @@ Result = TypeVar("Result")
 
 @pytest.fixture(scope="module", autouse=True)
 def _built() -> None:
-    if shutil.which("cc") is None and library.loaded() is None:
-        pytest.skip("There is no C compiler: the kernels have not been built.")
     if library.loaded() is None:
-        subprocess.run([sys.executable, SCRIPT], check=True)  # noqa: S603
-        library.loaded.cache_clear()
-    assert library.loaded() is not None
+        assert shutil.which("cc") is None, "The kernels are compiled before the first test: see tests/conftest.py."
+        pytest.skip("There is no C compiler: the kernels have not been built.")
 
 
 def without_kernels(work: Callable[[], Result]) -> Result:
@@ -167,16 +165,41 @@ def test_processors_with_and_without_avx2_give_the_same_digits() -> None:
             np.testing.assert_array_equal(own, other)
 
 
-def test_a_missing_compiler_is_told_and_changes_nothing(tmp_path: Path) -> None:
+@pytest.fixture
+def build(tmp_path: Path) -> Callable[[str], tuple[str, set[str]]]:
+    """Return a function that builds a package of its own by a compiler, and returns what is told and all its files."""
     copied = tmp_path / "scripts" / SCRIPT.name
     copied.parent.mkdir()
     shutil.copy(SCRIPT, copied)
-    sources = tmp_path / "aos_gcs" / "imaging" / "native" / "src"
-    sources.mkdir(parents=True)
-    (sources / "one.c").write_text("int one(void) { return 1; }")
-    result = subprocess.run(  # noqa: S603
-        [sys.executable, copied], env={"CC": "no-compiler-of-this-name"}, capture_output=True, text=True, check=False
-    )
-    assert result.returncode == 0
-    assert "There is no C compiler" in result.stderr
-    assert list(sources.parent.iterdir()) == [sources]
+    package = tmp_path / "aos_gcs" / "imaging" / "native"
+    (package / "src").mkdir(parents=True)
+    (package / "src" / "one.c").write_text("int one(void) { return 1; }")
+
+    def run(compiler: str) -> tuple[str, set[str]]:
+        environment = {"CC": compiler, "PATH": os.defpath}
+        result = subprocess.run([sys.executable, copied], env=environment, capture_output=True, text=True, check=True)  # noqa: S603
+        return result.stderr, {path.name for path in package.iterdir()}
+
+    return run
+
+
+def test_a_missing_compiler_is_told_and_changes_nothing(build: Callable[[str], tuple[str, set[str]]]) -> None:
+    told, files = build("no-compiler-of-this-name")
+    assert "There is no C compiler" in told
+    assert files == {"src"}
+
+
+def test_what_a_compiler_refuses_is_told_and_leaves_nothing_unfinished(
+    build: Callable[[str], tuple[str, set[str]]], tmp_path: Path
+) -> None:
+    compiler = tmp_path / "compiler.sh"
+    write_to_target = 'while [ "$1" != -o ]; do shift; done; echo library >"$2"'
+    compiler.write_text(f"{write_to_target}; echo 'one.c: no such type' >&2; exit 1")
+    told, files = build(f"sh {compiler}")
+    assert "cannot be compiled; it works without them" in told
+    assert "one.c: no such type" in told
+    assert files == {"src"}
+    compiler.write_text(write_to_target)
+    told, files = build(f"sh {compiler}")
+    assert told == ""
+    assert files in ({"src", library.FILE}, {"src", library.FILE, library.AVX2_FILE})
