@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import ParamSpec, TypeVar
 
@@ -19,7 +19,7 @@ from aos_gcs.mission.search.exposing import BLIND_S
 from aos_gcs.mission.search.sweep import LEFT_BEHIND_M
 from aos_gcs.mission.search.sweeping import ANALYSIS_S, _Flight
 from aos_gcs.planning.settings import FlightSettings, SearchMode, SearchSettings
-from aos_gcs.ports import Command, Goto, Hold
+from aos_gcs.ports import Command, FlightMode, Goto, Hold, ReturnToLaunch
 from aos_gcs.ports.worker import ThreadWorker
 from tests.fakes.fleet import FakeVehicle
 from tests.fakes.mission_flight import EXACT, Flight, flying, prepare
@@ -140,8 +140,55 @@ async def test_a_vehicle_whose_position_is_not_known_any_more_stops_instead_of_f
         await run
 
 
+def bar(flight: Flight, monkeypatch: pytest.MonkeyPatch, vehicle_id: int) -> Callable[[], None]:
+    """Hold a vehicle that is on its way home at each look at its path; return what frees it."""
+    control, barred = flight.mission.sortie.context.flight, {vehicle_id}
+    vet = control.vet
+
+    def bar_way_home(
+        requests: Mapping[int, np.ndarray], *arguments: object, returning: bool = False
+    ) -> tuple[WaypointRecord, ...]:
+        return tuple(
+            replace(one, sent_enu_m=None, verdict=WaypointVerdict.HELD, reason="held: the way is barred")
+            if returning and one.vehicle_id in barred
+            else one
+            for one in vet(requests, *arguments, returning=returning)  # type: ignore[arg-type]
+        )
+
+    monkeypatch.setattr(control, "vet", bar_way_home)
+    return barred.clear
+
+
 @virtual
-async def test_one_that_flies_home_and_must_not_be_sent_on_is_not_held_as_if_an_operator_had_stopped_it() -> None:
+@pytest.mark.parametrize("is_ordered_for_all", [True, False])
+async def test_one_whose_way_home_is_barred_stops_instead_of_flying_to_the_front_and_goes_home_once_it_is_free(
+    monkeypatch: pytest.MonkeyPatch, is_ordered_for_all: bool
+) -> None:
+    flight = sweep_flight()
+    async with flying(flight) as run:
+        await flight.until(lambda: is_in_the_middle(flight))
+        free, begun_m = bar(flight, monkeypatch, 3), north_m(flight, 3)
+        await flight.commands.act(Action.RETURN, None if is_ordered_for_all else (3,))
+        await flight.clock.sleep(6.0)
+        assert north_m(flight, 3) - begun_m <= SPEED_MPS + SPEED_MPS**2 / (2.0 * DECELERATION_MPS2)
+        assert not flight.fleet.members[3].is_moving()
+        assert commands(flight, 3).count(Hold) == 1
+        assert (flight.task(3), flight.fleet.members[3].mode) == (Task.RETURNING, FlightMode.HOLD)
+        free()
+        await flight.until(lambda: flight.task(3) is Task.LANDED)
+        if not is_ordered_for_all:
+            await flight.commands.act(Action.RETURN, None)
+        await run
+    barred = "must not fly on towards home now, so it hovers and tries again (held: the way is barred)"
+    assert flight.texts().count(barred) == 1
+    assert np.hypot(*flight.fleet.members[3].position_enu_m()[:2]) < 30.0
+    assert ReturnToLaunch not in commands(flight, 3)
+
+
+@virtual
+async def test_one_on_its_way_home_that_must_not_be_sent_on_flies_on_and_counts_as_held_by_nobody(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     flight = sweep_flight()
     async with flying(flight) as run:
         await flight.until(lambda: is_in_the_middle(flight))
@@ -152,9 +199,16 @@ async def test_one_that_flies_home_and_must_not_be_sent_on_is_not_held_as_if_an_
         ]
         flight.fleet.members[3].battery_fraction = 0.1
         await flight.until(lambda: flight.task(3) is Task.RETURNING and commands(flight, 3)[-1] is Goto)
-        assert flight.fleet.members[3].is_moving()
+        await flight.until(lambda: flight.fleet.members[3].is_moving())
         assert control.orders(held, frozenset({Task.SWARM, Task.RETURNING})) == {2: Hold()}
-        await flight.commands.act(Action.RETURN, None)
+        bar(flight, monkeypatch, 1)
+        flight.fleet.members[1].battery_fraction = 0.1
+        await flight.until(lambda: flight.task(1) is Task.RETURNING and commands(flight, 1)[-1] is Hold)
+        (member,) = flight.mission._context.roster.select([1])
+        assert not member.is_held_by_order
+        await flight.commands.act(Action.HOLD, None)
+        assert member.is_held_by_order
+        await flight.commands.act(Action.LAND, None)
         await run
 
 

@@ -24,7 +24,7 @@ from aos_gcs.mission.fleet.motion import (
     destination_enu_m,
     hovers_at_waypoint,
     is_ours,
-    is_under_way,
+    must_stop,
     speed_mps,
     why_left,
 )
@@ -302,8 +302,7 @@ class FlightControl:
     def orders(self, records: Sequence[WaypointRecord], tasks: frozenset[Task] = _SWARM) -> dict[int, Command]:
         """Return the commands that vetted waypoints lead to, by vehicle, and note the waypoints as sent.
 
-        A vehicle of the swarm that safety has held is told to hold where it still flies to an earlier waypoint, which
-        may be far. One on its way home flies on: held, it would count as stopped by an operator.
+        A vehicle that safety has held is told to hold where it still flies to a waypoint that its task does not lead to.
         None is for a vehicle that has got a task outside of ``tasks`` since it was vetted, or was taken over.
         """
         orders: dict[int, Command] = {}
@@ -312,15 +311,16 @@ class FlightControl:
             if not is_ours(member, tasks):
                 continue
             if record.sent_enu_m is not None:
-                member.waypoint_enu_m = np.array(record.sent_enu_m)
+                member.waypoint_enu_m, member.waypoint_task = np.array(record.sent_enu_m), member.task
                 member.turn.order(record.heading_rad, member.state.heading_rad, self._clock.now_s())
                 place = self._roster.geodetic(member, member.waypoint_enu_m)
                 speed_mps = record.speed_mps or self._settings.cruise_speed_mps
                 orders[member.vehicle_id] = Goto(place, speed_mps, member.turn.heading_rad)
-            elif member.task is Task.SWARM and is_under_way(
-                member, self._roster.position_enu_m(member), self._settings
-            ):
-                orders[member.vehicle_id] = Hold()
+            elif must_stop(member, self._roster.position_enu_m(member), self._settings):
+                orders[member.vehicle_id] = member.safety_hold = Hold()
+                if member.task is Task.RETURNING:
+                    text = f"must not fly on towards home now, so it hovers and tries again ({record.reason})"
+                    self._journal.notice(Severity.WARNING, text, member.vehicle_id)
         return orders
 
     async def send(

@@ -185,7 +185,7 @@ class Monitor:
 
     def _why_home(self, member: Member) -> str | None:
         if member.task is Task.RETURNING:
-            stopped = self._returning().is_for_all or isinstance(member.last_command, Hold)
+            stopped = self._returning().is_for_all or member.is_held_by_order
             return None if stopped else "it has not arrived yet"
         if member.task not in {Task.SWARM, Task.HELD}:
             return None

@@ -39,9 +39,15 @@ def hovers_at_waypoint(member: Member, position_enu_m: FloatArray | None, flight
     return distance_m <= flight.arrival_radius_m and speed_mps(member) <= flight.arrival_speed_mps
 
 
-def is_under_way(member: Member, position_enu_m: FloatArray | None, flight: FlightSettings) -> bool:
-    """Return whether a vehicle still flies to a waypoint of ours, as far as is known."""
-    return isinstance(member.last_command, Goto) and not hovers_at_waypoint(member, position_enu_m, flight)
+def must_stop(member: Member, position_enu_m: FloatArray | None, flight: FlightSettings) -> bool:
+    """Return whether a vehicle that must not be sent on has to stop: it still flies to a waypoint of ours.
+
+    One that was sent there for its present task, such as its way home, flies on: that path was vetted, is kept free,
+    and leads where it has to go. What a vehicle of the swarm, or the swarm that it has left, was sent to may be far.
+    """
+    if destination_enu_m(member, flight) is None or hovers_at_waypoint(member, position_enu_m, flight):
+        return False
+    return member.task is Task.SWARM or member.waypoint_task is not member.task
 
 
 def is_ours(member: Member, tasks: frozenset[Task]) -> bool:

@@ -18,7 +18,7 @@ from aos_gcs.mission.fleet.layers import Layers
 from aos_gcs.mission.fleet.tasks import check_task, task_when_heard_again
 from aos_gcs.mission.fleet.turn import Turn
 from aos_gcs.mission.model.vehicles import Task, VehicleSnapshot
-from aos_gcs.ports import Clock, Command, Fleet, FlightMode, LandedState, Takeoff, Vehicle, VehicleState
+from aos_gcs.ports import Clock, Command, Fleet, FlightMode, Hold, LandedState, Takeoff, Vehicle, VehicleState
 
 _FOLLOWS_US = frozenset({FlightMode.GUIDED, FlightMode.HOLD, FlightMode.TAKEOFF})
 
@@ -64,10 +64,14 @@ class Member:
     landing_enu_m: NDArray[np.float64] | None = None
     """Place where it lands; None: at home."""
     waypoint_enu_m: NDArray[np.float64] | None = None
+    waypoint_task: Task | None = None
+    """Task for which this station has sent it to its waypoint."""
     turn: Turn = field(default_factory=Turn)
     refusal: str | None = None
     last_command: Command | None = None
     """Latest command handed to the link and not refused; telemetry shows its effect up to seconds later."""
+    safety_hold: Hold | None = None
+    """Latest hold because safety kept it from being sent on; any other hold is somebody's order."""
     sent_at_s: float = -math.inf
     """Time of the latest command to move."""
     battery: BatteryMeter = field(default_factory=BatteryMeter)
@@ -82,6 +86,11 @@ class Member:
     def task(self) -> Task:
         """Present task of the vehicle; only ``Roster.assign`` changes it."""
         return self._task
+
+    @property
+    def is_held_by_order(self) -> bool:
+        """Whether its latest command is a hold that safety alone did not cause."""
+        return isinstance(self.last_command, Hold) and self.last_command is not self.safety_hold
 
     @property
     def task_when_heard_again(self) -> Task:

@@ -50,6 +50,10 @@ export const flight: readonly StationText[] = [
     "Funk verloren: Ihre Notfunktion landet sie. Vor Ort prüfen",
   ],
   ["link lost", "Funk verloren"],
+  [
+    "must not fly on towards home now, so it hovers and tries again ({reason})",
+    "darf jetzt nicht nach Hause weiterfliegen, schwebt und versucht es erneut ({reason})",
+  ],
   ["returns on its own: {reason}", "kehrt allein zurück: {reason}"],
   [
     "returns by its autopilot, at the autopilot's own height",
