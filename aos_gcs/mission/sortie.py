@@ -56,6 +56,7 @@ class Sortie:
         self.return_and_land = ReturnAndLand(context, vehicle_tasks)
         self.joining = Joining(context, vehicle_tasks, inspector, self.launch.check_one)
         self.relay = Relay(context, self.joining, self.return_and_land, search_left_s=self.search.time_left_s)
+        self.search.strength.may_be_relieved = lambda: self.relay.may_relieve_any
         self.handlers: Mapping[Phase, Callable[[], Coroutine[Any, Any, Phase]]] = {
             Phase.CONNECT: self.launch.connect,
             Phase.PREFLIGHT: self.launch.preflight,

@@ -13,6 +13,7 @@ from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.model.vehicles import Task
+from aos_gcs.mission.search.strength import TAKE_OFF_S
 from aos_gcs.planning.settings import (
     Deadlines,
     FlightSettings,
@@ -200,3 +201,36 @@ async def test_a_replacement_without_a_new_battery_stays_on_the_ground_and_says_
         assert took_off(flight, 4) == 0
         await flight.commands.act(Action.ABORT, None)
         await run
+
+
+async def test_a_swarm_that_is_too_small_waits_for_its_replacement_and_the_search_goes_on() -> None:
+    flight = relayed(RelaySettings(enabled=True, vehicle_ids=(3,), swap_s=SWAP_S))
+    async with flying(flight) as run:
+        await searching(flight)
+        flight.fleet.members[1].battery_fraction = 0.1
+        await flight.until(lambda: flight.view.snapshot().message == "Waiting for a replacement: 1 left in the swarm.")
+        await flight.clock.sleep(2.0)
+        assert not flight.fleet.members[2].is_moving(), "it does not fly on alone"
+        await flight.until(lambda: flight.task(3) is Task.SWARM)
+        steps = len(flight.view.steps())
+        await flight.until(lambda: len(flight.view.steps()) > steps + 1)
+        assert flight.mission.phase in {Phase.SCAN, Phase.LINE}
+        await flight.commands.act(Action.RETURN, None)
+        assert await run is Outcome.NOT_FOUND
+
+
+async def test_a_relay_that_cannot_keep_up_ends_the_search_for_its_batteries_and_does_not_fail() -> None:
+    flight = relayed(RelaySettings(enabled=True, vehicle_ids=(3,), swap_s=SWAP_S))
+    flight.fleet.members[3].battery_fraction = 0.3
+    async with flying(flight) as run:
+        await searching(flight)
+        flight.fleet.members[1].battery_fraction = 0.1
+        await flight.until(lambda: flight.task(1) is Task.RETURNING)
+        left_at_s = flight.clock.now_s()
+        await flight.until(lambda: flight.mission.phase is Phase.RETURN)
+        assert SWAP_S < flight.clock.now_s() - left_at_s < SWAP_S + TAKE_OFF_S + 10.0
+        assert await run is Outcome.NOT_FOUND
+    (text,) = (text for text in flight.texts() if text.startswith("Search ended by the batteries"))
+    assert "1 left in the swarm, 2 needed (vehicle 1: battery at 10%)" in text
+    assert [flight.task(number) for number in (1, 2)] == [Task.LANDED] * 2
+    assert not any("The swarm needs" in text for text in flight.texts())

@@ -189,7 +189,9 @@ class Monitor:
             return None if stopped else "it has not arrived yet"
         if member.task not in {Task.SWARM, Task.HELD}:
             return None
-        return self._wrong_altitudes.get(member.vehicle_id) or self._battery_problem(member)
+        problem = self._battery_problem(member)
+        member.left_for_battery = problem or ""
+        return self._wrong_altitudes.get(member.vehicle_id) or problem
 
     def _battery_problem(self, member: Member) -> str | None:
         limits, battery = self._context.flight.limits, member.state.battery_fraction

@@ -94,6 +94,11 @@ class Relay:
         waits = member.task in {Task.IDLE, Task.LANDED} and not member.airborne
         return waits and self.is_on and (member.task is Task.LANDED or not member.is_chosen)
 
+    @property
+    def may_relieve_any(self) -> bool:
+        """Whether a vehicle on the ground may take off for the relay, or is waited for to get another battery."""
+        return any(self.is_ready(member) or self.is_waited_for(member) for member in self._context.roster.members())
+
     def confirm(self, member: Member, *, is_ready: bool) -> Refusal | None:
         """Confirm that a vehicle may take off for the relay, or take that back."""
         if is_ready and (member.airborne or member.state.armed):

@@ -75,6 +75,8 @@ class Member:
     sent_at_s: float = -math.inf
     """Time of the latest command to move."""
     battery: BatteryMeter = field(default_factory=BatteryMeter)
+    left_for_battery: str = ""
+    """Problem of its battery for which it last had to leave the swarm; empty while it has none there."""
     is_ready: bool | None = None
     """Whether it is confirmed that it may take off for the relay; None: nobody has said so, and it has not flown."""
     leaves_in_s: float | None = None

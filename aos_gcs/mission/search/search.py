@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from aos_gcs.errors import MissionFailedError
 from aos_gcs.mission.context import FlightContext, MissionContext
 from aos_gcs.mission.fleet.layers import in_layers
 from aos_gcs.mission.fleet.roster import Member
-from aos_gcs.mission.handler_watch import sign_of_life
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.search.covered_ground import CoveredGround
@@ -20,12 +18,11 @@ from aos_gcs.mission.search.ground_mapping import GroundMapping
 from aos_gcs.mission.search.progress import time_on_legs_s
 from aos_gcs.mission.search.sampling import Sampler
 from aos_gcs.mission.search.step_work import StepWork
+from aos_gcs.mission.search.strength import SwarmStrength
 from aos_gcs.mission.search.sweeping import Sweeping
 from aos_gcs.mission.search.vision import Vision
 from aos_gcs.planning.legs import ScanLeg, leg_formation, scan_legs
 from aos_gcs.ports import Severity
-
-_POLL_S = 0.5
 
 
 class Search:
@@ -72,6 +69,7 @@ class Search:
             covered_ground=self.covered_ground,
         )
         self.sweeping = Sweeping(context, vision, self._sampler, self._work)
+        self.strength = SwarmStrength(context, lambda: self.covered_ground.covered_fraction)
         self._on_legs_s, self._steps_counted = 0.0, 0
         self._gaps = GapFlights(context, ground, self.decider.progress)
 
@@ -93,8 +91,8 @@ class Search:
     async def line(self) -> Phase:
         """Form the line at the present place of the present leg."""
         context, progress = self._context, self.decider.progress
-        swarm = await self._swarm()
-        if self._gaps.is_enough:
+        swarm = await self.strength.gather()
+        if not swarm or self._gaps.is_enough:
             return Phase.RETURN
         if not progress.legs:
             progress.plan(self._plan_legs(swarm))
@@ -134,7 +132,8 @@ class Search:
         Where the decision is to sweep, the steps of the whole sweep are made.
         """
         await self.sweeping.stop()
-        swarm = await self._swarm()
+        if not (swarm := await self.strength.gather()):
+            return Phase.RETURN
         work = self._work
         work.step += 1
         self._context.journal.set_message(f"Step {work.step}: capturing images.")
@@ -146,19 +145,3 @@ class Search:
             following = await self.sweeping.fly(decision.waypoints)
         middle_m = self._context.roster.positions_enu_m(swarm)[:, :2].mean(axis=0)
         return await self._gaps.after(following, len(swarm), middle_m)
-
-    async def _swarm(self) -> list[Member]:
-        """Return the swarm; with too few left, wait for lost ones. When all are lost, the monitor ends the mission."""
-        context = self._context
-        deadline_s = context.clock.now_s() + context.settings.deadlines.all_lost_s
-        fewest = context.settings.fewest_vehicles
-        while len(swarm := context.roster.members(Task.SWARM)) < fewest:
-            lost = context.roster.members(Task.LOST)
-            if not lost or (swarm and context.clock.now_s() > deadline_s):
-                raise MissionFailedError(
-                    f"The swarm needs {fewest} vehicles, but has {len(swarm)} left and {len(lost)} lost."
-                )
-            context.journal.set_message(f"Waiting for {len(lost)} lost vehicles.")
-            sign_of_life()
-            await context.clock.sleep(_POLL_S)
-        return swarm

@@ -72,6 +72,11 @@ export const search: readonly StationText[] = [
   ["nothing was found", "nichts gefunden"],
   ["1 possible person was found", "1 mögliche Person gefunden"],
   ["{count} possible persons were found", "{count} mögliche Personen gefunden"],
+  [
+    "Search ended by the batteries: {left} left in the swarm, {needed} needed ({reasons}). {covered} % of the area was in a frame. All vehicles return",
+    "Suche durch die Akkus beendet: {left} im Schwarm übrig, {needed} nötig ({reasons}). {covered} % des Gebiets waren in einem Bild. Alle Drohnen kehren zurück",
+  ],
+  ["Waiting for a replacement: {left} left in the swarm.", "Warten auf Ersatz: {left} im Schwarm übrig."],
   ["Maximum search time reached: all vehicles return", "Längste Suchzeit erreicht: Alle Drohnen kehren zurück"],
   [
     "The target is out of view: searching where it was last seen",
