@@ -199,7 +199,7 @@ async def test_one_on_its_way_home_that_must_not_be_sent_on_flies_on_and_counts_
         ]
         flight.fleet.members[3].battery_fraction = 0.1
         await flight.until(lambda: flight.task(3) is Task.RETURNING and commands(flight, 3)[-1] is Goto)
-        await flight.until(lambda: flight.fleet.members[3].is_moving())
+        await flight.until(flight.fleet.members[3].is_moving)
         assert control.orders(held, frozenset({Task.SWARM, Task.RETURNING})) == {2: Hold()}
         bar(flight, monkeypatch, 1)
         flight.fleet.members[1].battery_fraction = 0.1

@@ -15,6 +15,7 @@ from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.model.steps import StepRecord
 from aos_gcs.mission.model.vehicles import Task
+from aos_gcs.mission.search.flight_frames import FIRST_STEPS
 from aos_gcs.planning.settings import DetectionSettings, SearchMode, SearchSettings
 from aos_gcs.ports import Capture, FlightMode, Goto
 from aos_gcs.runtime.virtual_time import run as run_virtually
@@ -197,11 +198,33 @@ async def test_where_no_frame_comes_in_flight_the_search_goes_on_with_stops() ->
         blind_in_flight(vehicle)
     async with flying(flight) as run:
         assert await run is Outcome.NOT_FOUND
-    assert [text for text in flight.texts() if "stops" in text] == [
-        "No frame has come in flight for 3 s (no image yet): the search goes on with stops"
-    ]
+    changes = [text for text in flight.texts() if text.endswith("stops")]
+    stops = "No frame has come in flight for 3 s (no image yet): the search goes on with stops"
+    # Frames at rest come: it tries again, and again with stops.
+    assert changes == [*[stops, "Frames come again: the search goes on without stops"] * (len(changes) // 2), stops]
+    assert 3 <= len(changes) <= 5, "attempts become rarer"
     assert flight.view.snapshot().covered_fraction == 1.0
     assert any(text.startswith("No frames from ") for text in flight.texts())
+
+
+@virtual
+async def test_a_search_without_frames_in_flight_stops_for_a_while_and_sweeps_again_once_they_come() -> None:
+    flight = sweep_flight()
+    async with flying(flight) as run:
+        await flight.until(lambda: is_in_the_middle(flight))
+        for vehicle in flight.fleet.members.values():
+            vehicle.camera_works = False
+        await flight.until(lambda: any(text.endswith("goes on with stops") for text in flight.texts()))
+        for vehicle in flight.fleet.members.values():
+            vehicle.camera_works = True
+        assert await run is Outcome.NOT_FOUND
+    assert flight.texts().count("Frames come again: the search goes on without stops") == 1
+    branches = [step.branch for step in flight.view.steps()]
+    at_rest = [step.step for step in flight.view.steps() if not flight.recorder.decisions[step.step].may_sweep]
+    assert len(at_rest) == FIRST_STEPS - 1
+    assert branches[at_rest[-1] :].count("sweep") > 5
+    assert flight.view.snapshot().covered_fraction == 1.0
+    assert np.diff(sorted(exposures_north_m(flight))).max() <= 10.0
 
 
 def blind_in_flight(vehicle: FakeVehicle) -> None:

@@ -302,7 +302,7 @@ class FlightControl:
     def orders(self, records: Sequence[WaypointRecord], tasks: frozenset[Task] = _SWARM) -> dict[int, Command]:
         """Return the commands that vetted waypoints lead to, by vehicle, and note the waypoints as sent.
 
-        A vehicle that safety has held is told to hold where it still flies to a waypoint that its task does not lead to.
+        A vehicle that safety has held is told to hold where it still flies to a waypoint that is not for its task.
         None is for a vehicle that has got a task outside of ``tasks`` since it was vetted, or was taken over.
         """
         orders: dict[int, Command] = {}

@@ -37,6 +37,11 @@ _DRAIN_S = 2.0
 """Time for which frames on their way are awaited when a sweep is over: a camera takes one at a time."""
 
 
+def blind_s(rate_hz: float) -> float:
+    """Return the time without any frame after which a sweep must not go on, at a rate of frames."""
+    return max(BLIND_S, _BLIND_PERIODS / rate_hz)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class _Exposed:
     capture: Capture
@@ -108,7 +113,7 @@ class Exposures:
     @property
     def blind_s(self) -> float:
         """Time without any frame after which a sweep must not go on."""
-        return max(BLIND_S, _BLIND_PERIODS / self._context.settings.imaging.rate_hz)
+        return blind_s(self._context.settings.imaging.rate_hz)
 
     @property
     def trouble(self) -> str:

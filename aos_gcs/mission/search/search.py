@@ -22,7 +22,7 @@ from aos_gcs.mission.search.strength import SwarmStrength
 from aos_gcs.mission.search.sweeping import Sweeping
 from aos_gcs.mission.search.vision import Vision
 from aos_gcs.planning.legs import ScanLeg, leg_formation, scan_legs
-from aos_gcs.ports import Severity
+from aos_gcs.ports import Capture, Severity
 
 
 class Search:
@@ -137,9 +137,17 @@ class Search:
         work = self._work
         work.step += 1
         self._context.journal.set_message(f"Step {work.step}: capturing images.")
+        clock, took_s = self._context.clock, dict[int, float]()
+        begun_s = clock.now_s()
+
+        def take_in(capture: Capture) -> None:
+            took_s[capture.vehicle_id] = clock.now_s() - begun_s
+            intake.add(capture)
+
         async with self._vision.intake(work.step) as intake:
-            taken = await self._sampler.take(work.step, swarm, intake.add)
-        may_sweep = self.sweeping.is_allowed and phase is Phase.SCAN
+            taken = await self._sampler.take(work.step, swarm, take_in)
+        self.sweeping.frames.look_at_rest(taken, took_s)
+        may_sweep = self.sweeping.frames.is_sweep_allowed and phase is Phase.SCAN
         following, decision = await work.work_on(phase, swarm, intake, taken, may_sweep=may_sweep)
         if decision is not None and decision.is_sweep and following is Phase.SCAN:
             following = await self.sweeping.fly(decision.waypoints)

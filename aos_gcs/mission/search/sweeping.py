@@ -13,10 +13,10 @@ from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.search.exposing import Exposures, exposing
+from aos_gcs.mission.search.flight_frames import FramesInFlight
 from aos_gcs.mission.search.sampling import Sample, Sampler
 from aos_gcs.mission.search.step_work import StepWork
 from aos_gcs.mission.search.vision import Vision
-from aos_gcs.planning.settings import SearchMode
 from aos_gcs.ports import Command, Goto, Hold, Severity
 
 ANALYSIS_S = 1.0
@@ -45,8 +45,8 @@ class Sweeping:
         """Whether to stop before the next step."""
         self.is_under_way = False
         """Whether vehicles may still fly to waypoints of a sweep."""
-        self.is_allowed = context.settings.search.mode is SearchMode.CONTINUOUS
-        """Whether the search may sweep; no longer once frames did not come in flight."""
+        self.frames = FramesInFlight(context.settings, context.journal)
+        """Whether the search may sweep, by the frames that come."""
 
     async def fly(self, waypoints: Sequence[WaypointRecord]) -> Phase:
         """Fly a sweep from its first waypoints on, until something ends it; return the phase that follows.
@@ -113,20 +113,17 @@ class Sweeping:
             return Phase.SCAN
         exposures.follow(swarm)
         if (taken := await exposures.round()) is None:
-            self.is_allowed = False
-            silence = f"No frame has come in flight for {exposures.blind_s:g} s ({exposures.trouble})"
-            text = f"{silence}: the search goes on with stops"
-            context.journal.notice(Severity.WARNING, text)
+            trouble = exposures.trouble
+            self.frames.note_silence(f"No frame has come in flight for {exposures.blind_s:g} s ({trouble})")
             await self._end(flight)
             return Phase.SCAN
+        self.frames.note_round()
         work.step += 1
         context.journal.set_message(f"Step {work.step}: searching in flight.")
         async with self._vision.intake(work.step) as intake:
             for capture in taken.captures:
                 intake.add(capture, taken.speeds_mps[capture.vehicle_id])
-        following, decision = await work.work_on(
-            Phase.SCAN, swarm, intake, taken, may_sweep=self.is_allowed, sweep=flight
-        )
+        following, decision = await work.work_on(Phase.SCAN, swarm, intake, taken, may_sweep=True, sweep=flight)
         if decision is None:
             await self._end(flight)
         elif not decision.is_sweep:

@@ -98,6 +98,7 @@ export const search: readonly StationText[] = [
     "No frame has come in flight for {silence} s ({trouble}): the search goes on with stops",
     "Seit {silence} s kam im Flug kein Bild ({trouble}): Die Suche geht mit Halten weiter",
   ],
+  ["Frames come again: the search goes on without stops", "Bilder kommen wieder: Die Suche geht ohne Halte weiter"],
   [
     "Frames come every {interval} s instead of every {period} s: the line flies at {pace} m/s, so that no ground is left out",
     "Bilder kommen alle {interval} s statt alle {period} s: Die Linie fliegt mit {pace} m/s, damit kein Boden ausgelassen wird",
