@@ -65,6 +65,8 @@ class Oracle(logging.Handler):
         self._separation_m = separation_m
         self._now_s = now_s
         self._landed_ids = landed_ids
+        self.on_step: Callable[[NDArray[np.float64]], None] = lambda position_enu_m: None  # noqa: ARG005
+        """Called with the true positions, shape (N, 3), after each step of the simulation."""
         self._before_enu_m: NDArray[np.float64] | None = None
         self._fallen: set[int] = set()
         self._pilots_since_s: dict[int, float] = {}
@@ -110,6 +112,7 @@ class Oracle(logging.Handler):
         for vehicle_id in self._landed_ids():
             if height_m.get(vehicle_id, 0.0) > AIRBORNE_M and vehicle_id not in self._fallen:
                 self.report("landed in the air", f"vehicle {vehicle_id} at {height_m[vehicle_id]:.1f} m")
+        self.on_step(position_enu_m)
 
     def _check_pair(self, pair: tuple[int, int], distance_m: float, height_m: Mapping[int, float]) -> None:
         if self.smallest_m is not None and distance_m >= self.smallest_m:

@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from aos_gcs.airspace.limits import UNLIMITED
+from aos_gcs.airspace.limits import UNLIMITED, SafetyOverrides
+from aos_gcs.airspace.polygon import Polygon
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.planning.settings import (
     Deadlines,
@@ -62,6 +63,8 @@ class Scenario:
     """Whether the area is the long one."""
     stops_at_first: bool = True
     """Whether the search ends at the first possible person."""
+    zones_enu_m: tuple[Polygon, ...] = ()
+    """No-go zones."""
 
     def without(self, fault: Fault) -> Scenario:
         """Return the scenario without one of its faults."""
@@ -72,8 +75,9 @@ class Scenario:
         fence = ", fence uploaded" if self.upload_fence else ""
         area = "long" if self.is_long else "short"
         goal = "" if self.stops_at_first else " for all persons"
+        zones = "".join(f", no-go zone {zone}" for zone in self.zones_enu_m)
         swarm = f"{self.vehicles} {self.autopilot}, {self.errors} positions, {self.mode} search{goal}, {area} area"
-        head = f"SEED={self.seed}: {swarm}, layers {self.spacing_m:.1f} m apart{fence}"
+        head = f"SEED={self.seed}: {swarm}, layers {self.spacing_m:.1f} m apart{fence}{zones}"
         return "\n".join([head, *(f"  {fault.describe()}" for fault in self.faults)])
 
     def swarm_options(self) -> SwarmOptions:
@@ -102,6 +106,7 @@ class Scenario:
             origin=DEFAULT_ORIGIN,
             seed=self.seed,
             search=SearchSettings(self.mode),
+            safety=SafetyOverrides(no_go_enu_m=self.zones_enu_m or None),
             flight=FlightSettings(lowest_layer_m=LOWEST_LAYER_M, layer_spacing_m=self.spacing_m),
             deadlines=Deadlines(
                 preflight_s=40.0,
@@ -134,6 +139,19 @@ def draw(seed: int) -> Scenario:
     faults = sorted((kinds[int(row)].draw(rng, basis) for row in drawn), key=lambda fault: fault.at_s)
     mode = SearchMode(str(rng.choice(list(SearchMode))))
     is_long, stops_at_first = bool(rng.random() < 0.4), bool(rng.random() < 0.5)
+    zones = draw_zones(np.random.default_rng([seed, 0x20E]), LONG_AREA_ENU_M if is_long else AREA_ENU_M)
     return Scenario(
-        seed, autopilot, vehicles, errors, spacing_m, upload_fence, tuple(faults), mode, is_long, stops_at_first
+        seed, autopilot, vehicles, errors, spacing_m, upload_fence, tuple(faults), mode, is_long, stops_at_first, zones
     )
+
+
+def draw_zones(rng: np.random.Generator, area_enu_m: Polygon) -> tuple[Polygon, ...]:
+    """Draw no-go zones: none in three missions of five, else a rectangle in or beside the search area."""
+    if rng.random() < 0.6:
+        return ()
+    (west_m, south_m), (east_m, north_m) = area_enu_m[0], area_enu_m[2]
+    width_m, length_m = rng.uniform(2.0, 12.0), rng.uniform(2.0, 6.0)
+    begin_m = round(float(rng.uniform(west_m - 4.0, east_m - 2.0)), 1)
+    first_m = round(float(rng.uniform(south_m + 2.0, north_m)), 1)
+    end_m, last_m = round(begin_m + width_m, 1), round(first_m + length_m, 1)
+    return (((begin_m, first_m), (end_m, first_m), (end_m, last_m), (begin_m, last_m)),)

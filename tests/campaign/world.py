@@ -13,6 +13,7 @@ from typing import Self
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from aos_drivers.frames.errors import LateFrameError, TornFrameError
 from aos_drivers.frames.files.fetching import Download, ImageFetcher
@@ -22,6 +23,7 @@ from aos_gcs.planning.settings import MissionSettings
 from aos_sim.camera.server import ImageServer
 from aos_sim.clock import Pacer, SimTime
 from aos_sim.swarm import SimulatedSwarm, SwarmOptions
+from tests.campaign.airspace import EVERY, AirspaceWatch
 from tests.campaign.imaging import FaultyWorker
 from tests.campaign.oracle import Oracle
 from tests.campaign.station import Station
@@ -98,6 +100,9 @@ class World:
         self.swarm: SimulatedSwarm
         separation_m = settings.safety.applied_to(UNLIMITED).separation_m
         self.oracle = Oracle(separation_m, self.now_s, self._landed_ids)
+        self.oracle.on_step = self._look_at_airspace
+        self._airspace = AirspaceWatch(self.oracle.report)
+        self._steps = 0
 
     async def __aenter__(self) -> Self:
         async with AsyncExitStack() as stack:
@@ -215,6 +220,24 @@ class World:
         # What the tasks of a killed service still send while they end reaches nobody.
         if not self._is_dying:
             self.oracle.sent(data, receiver, self._ids)
+
+    def _look_at_airspace(self, position_enu_m: NDArray[np.float64]) -> None:
+        self._steps += 1
+        if self._steps % EVERY:
+            return
+        if self.station is not None:
+            self._airspace.set_limits(self.station.mission.sortie.context.flight.limits)
+        rows = zip(self.swarm.vehicles, position_enu_m.tolist(), self.swarm._kinematics, strict=True)
+        for vehicle, true_enu_m, kinematics in rows:
+            vehicle_id, flight = vehicle.system_id, vehicle.autopilot.flight
+            is_taken = self.oracle.is_piloted(vehicle_id) or self.oracle.has_fallen(vehicle_id)
+            self._airspace.look(
+                vehicle_id,
+                true_enu_m,
+                kinematics.position_enu_m,
+                flight.manoeuvre,
+                is_ours=flight.armed and not is_taken,
+            )
 
     def _landed_ids(self) -> list[int]:
         return [] if self.station is None else self.station.landed_ids()

@@ -14,10 +14,13 @@ import numpy as np
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from aos_gcs.airspace.limits import UNLIMITED
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.runtime.virtual_time import run
 from aos_sim.vehicle.arducopter import CopterMode
+from aos_sim.vehicle.flight import Manoeuvre
 from tests.campaign import runner
+from tests.campaign.airspace import TRACKING_M, AirspaceWatch
 from tests.campaign.faults import FAULTS, KNOWN_DEFECTS
 from tests.campaign.faults.base import Fault
 from tests.campaign.faults.people import OperatorActs, PilotHovers
@@ -189,6 +192,65 @@ def test_a_logged_exception_is_seen() -> None:
 def _land(target: int) -> bytes:
     command = mavlink.MAVLink_command_long_message(target, 1, mavlink.MAV_CMD_NAV_LAND, 0, 0, 0, 0, 0, 0, 0, 0)
     return bytes(command.pack(mavlink.MAVLink(None, 254, 190)))
+
+
+# --- the airspace -----------------------------------------------------------------------------------------------------
+
+LIMITS = replace(
+    UNLIMITED,
+    fence_enu_m=((-50.0, -50.0), (50.0, -50.0), (50.0, 50.0), (-50.0, 50.0)),
+    no_go_enu_m=(((10.0, 10.0), (20.0, 10.0), (20.0, 20.0), (10.0, 20.0)),),
+    floor_m=8.0,
+    ceiling_m=30.0,
+)
+INSIDE = (0.0, 0.0, 15.0)
+AWAY_M = TRACKING_M + 0.3
+
+
+def fly_by(
+    *places_enu_m: tuple[float, float, float],
+    error_m: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    manoeuvre: Manoeuvre = Manoeuvre.POSITION,
+    is_ours: bool = True,
+) -> list[str]:
+    """Return what the watch reports of a vehicle that is at these places, one after the other."""
+    kinds: list[str] = []
+    watch = AirspaceWatch(lambda kind, _: kinds.append(kind))
+    watch.set_limits(LIMITS)
+    for place_enu_m in (INSIDE, *places_enu_m):
+        believed_enu_m = (np.array(place_enu_m) + error_m).tolist()
+        watch.look(1, place_enu_m, believed_enu_m, manoeuvre, is_ours=is_ours)
+    return kinds
+
+
+LEAVING = {
+    "outside of the geofence": (50.0 + AWAY_M, 0.0, 15.0),
+    "inside of a no-go zone": (10.0 + AWAY_M, 15.0, 15.0),
+    "above the ceiling": (0.0, 0.0, 30.0 + AWAY_M),
+    "below the floor": (0.0, 0.0, 8.0 - AWAY_M),
+}
+
+
+@pytest.mark.parametrize(("kind", "place_enu_m"), LEAVING.items())
+def test_a_vehicle_that_leaves_the_airspace_is_seen_once(kind: str, place_enu_m: tuple[float, float, float]) -> None:
+    assert fly_by(place_enu_m, place_enu_m) == [kind]
+    assert fly_by(place_enu_m, INSIDE, place_enu_m) == [kind, kind]
+    assert fly_by(place_enu_m, error_m=(0.4, 0.0, 0.4)) == [], "its own error explains it"
+    assert fly_by(place_enu_m, is_ours=False) == []
+
+
+@pytest.mark.parametrize(("kind", "place_enu_m"), LEAVING.items())
+def test_an_autopilot_that_returns_or_lands_by_itself_knows_the_ceiling_only(
+    kind: str, place_enu_m: tuple[float, float, float]
+) -> None:
+    for manoeuvre in (Manoeuvre.RETURN_CRUISE, Manoeuvre.LAND):
+        assert fly_by(place_enu_m, manoeuvre=manoeuvre) == ([kind] if kind == "above the ceiling" else [])
+
+
+def test_a_vehicle_on_its_way_up_is_not_below_the_floor_and_its_error_on_the_ground_does_not_count() -> None:
+    assert fly_by((0.0, 0.0, 0.0), (0.0, 0.0, 4.0), (0.0, 0.0, 9.0)) == []
+    high_m = (0.0, 0.0, 30.0 + AWAY_M)
+    assert fly_by((0.0, 0.0, 0.0), high_m, error_m=(0.0, 0.0, 3.0)) == ["above the ceiling"]
 
 
 # --- virtual time -----------------------------------------------------------------------------------------------------
