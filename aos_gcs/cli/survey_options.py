@@ -16,6 +16,7 @@ from aos_gcs.cameras.lens_files import read_lens_file
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.distortion import LensDistortion, LensModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.geometry.heights import SEA_LEVEL, AmslM
 from aos_gcs.geotags.sensors import Sensor
 from aos_gcs.input_values import printable
 from aos_gcs.surveys.conventions import NAMES, PoseConvention, parse_convention
@@ -332,4 +333,4 @@ def _origin(text: str) -> GeodeticPosition:
     numbers = parse_numbers(text)
     if len(numbers) not in (2, 3) or not is_place(*numbers):
         raise ConfigurationError(f"--origin needs LATITUDE,LONGITUDE[,ALTITUDE] in degrees and metres, got {text!r}.")
-    return GeodeticPosition(numbers[0], numbers[1], numbers[2] if len(numbers) == 3 else 0.0)
+    return GeodeticPosition(numbers[0], numbers[1], AmslM(numbers[2]) if len(numbers) == 3 else SEA_LEVEL)

@@ -12,6 +12,7 @@ import typer
 from aos_gcs.elevation.datum import VerticalDatum
 from aos_gcs.elevation.report import ElevationReport, Place, report_of
 from aos_gcs.errors import ConfigurationError
+from aos_gcs.geometry.geodesy import frame_scale_error
 
 if TYPE_CHECKING:
     from aos_gcs.planning.following import FollowedHeights
@@ -160,6 +161,7 @@ def _lines(report: ElevationReport) -> list[str]:
         f"coordinate system: {report.crs}",
         f"vertical datum: {report.datum}",
         f"heights above mean sea level (EGM96): ± {report.datum_sigma_m:g} m by the change of datums",
+        _geoid_line(report),
         f"extent: {south:.6f}, {west:.6f} to {north:.6f}, {east:.6f}",
         f"cells: {report.cells:,} of {report.cell_m[0]:.2f} x {report.cell_m[1]:.2f} m",
         _holes_line(report),
@@ -178,6 +180,18 @@ def _lines(report: ElevationReport) -> list[str]:
         height = "no height: a hole, or beyond the model" if place.height_m is None else f"{place.height_m:.2f} m"
         lines.append(f"{place.name}: {height}")
     return lines
+
+
+def _geoid_line(report: ElevationReport) -> str:
+    if report.undulation_m is None:
+        return "geoid: its height is not known here, no grid of it was found (Debian: proj-data; or --geoid FILE)"
+    side = "above" if report.undulation_m >= 0.0 else "below"
+    where = report.places[0].name if report.places else "the middle of the model"
+    short = frame_scale_error(report.undulation_m) * 1e6
+    return (
+        f"geoid: {abs(report.undulation_m):.2f} m {side} the ellipsoid at {where}: lengths in a mission's frame are "
+        f"{abs(short):.1f} millionths too {'short' if short >= 0.0 else 'long'}"
+    )
 
 
 def _holes_line(report: ElevationReport) -> str:

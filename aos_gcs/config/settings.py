@@ -17,6 +17,7 @@ from aos_gcs.config.file import first_problem
 from aos_gcs.config.model import LatLonDeg, MissionConfig, PreflightConfig, ServiceConfig
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.geometry.heights import AmslM
 from aos_gcs.imaging.geolocation import Uncertainty
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.preflight.checks import OVERRIDABLE
@@ -54,7 +55,10 @@ def mission_settings(config: ServiceConfig) -> MissionSettings:
         ConfigurationError: a value is out of range or contradicts another; the text names the field.
     """
     mission = config.mission
-    origin = None if mission.origin_deg is None else GeodeticPosition(*mission.origin_deg)
+    origin = None
+    if mission.origin_deg is not None:
+        latitude_deg, longitude_deg, altitude_m = mission.origin_deg
+        origin = GeodeticPosition(latitude_deg, longitude_deg, AmslM(altitude_m))
     heading_rad = math.radians(mission.scan_heading_deg)
     make_strategy(config.swarm.strategy, config.swarm.parameters)  # Refused here, before anything is opened.
     area_enu_m = _area_enu_m(mission, origin)

@@ -86,7 +86,8 @@ class ElevationModel:
             raise ConfigurationError("An elevation model needs at least one file.")
         self.kind = kind
         self._tiles = tuple(ElevationTile(path, crs) for path in paths)
-        self._geoid = geoid
+        self.geoid = geoid
+        """The geoid, where its grid is at hand."""
         self._cache = BlockCache(MAX_CACHED_BYTES)
         first = self._tiles[0]
         for tile in self._tiles[1:]:
@@ -172,8 +173,8 @@ class ElevationModel:
         shape = latitude.shape
         x, y = (np.atleast_1d(axis) for axis in self._to_crs.transform(longitude.ravel(), latitude.ravel()))
         heights = self._interpolated(np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)).reshape(shape)
-        if self.datum.datum is VerticalDatum.ELLIPSOID and self._geoid is not None:
-            heights = heights - self._geoid.undulation_m(latitude, longitude)
+        if self.datum.datum is VerticalDatum.ELLIPSOID and self.geoid is not None:
+            heights = heights - self.geoid.undulation_m(latitude, longitude)
         return heights
 
     def row_column(
@@ -212,8 +213,8 @@ class ElevationModel:
         self, latitude_deg: NDArray[np.float64], longitude_deg: NDArray[np.float64]
     ) -> NDArray[np.float64]:
         """Return what is to be taken off the files' heights for heights above mean sea level, shape (n,)."""
-        if self.datum.datum is VerticalDatum.ELLIPSOID and self._geoid is not None:
-            return self._geoid.undulation_m(latitude_deg, longitude_deg)
+        if self.datum.datum is VerticalDatum.ELLIPSOID and self.geoid is not None:
+            return self.geoid.undulation_m(latitude_deg, longitude_deg)
         return np.zeros(len(latitude_deg))
 
     def holes(self, max_cells: int) -> Holes | None:

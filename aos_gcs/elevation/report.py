@@ -51,6 +51,9 @@ class ElevationReport:
     datum: str
     datum_sigma_m: float
     """Standard deviation that the change to mean sea level adds to the heights."""
+    undulation_m: float | None
+    """Height of the geoid above the ellipsoid at the first place, or else in the middle of the model; None without a
+    grid of it."""
     bounds_deg: tuple[float, float, float, float]
     """Least latitude and longitude, and the greatest."""
     cells: int
@@ -93,6 +96,7 @@ def report_of(
         crs=model.crs_name,
         datum=model.datum.name,
         datum_sigma_m=model.sigma_m,
+        undulation_m=_undulation_m(model, places),
         bounds_deg=model.bounds_deg(),
         cells=model.cells,
         cell_m=model.cell_m,
@@ -108,6 +112,15 @@ def report_of(
         ),
         area=_area_heights(model, np.array(area_deg)) if len(area_deg) else None,
     )
+
+
+def _undulation_m(model: ElevationModel, places: Sequence[Place]) -> float | None:
+    if model.geoid is None:
+        return None
+    south, west, north, east = model.bounds_deg()
+    at_deg = (places[0].latitude_deg, places[0].longitude_deg) if places else ((south + north) / 2, (west + east) / 2)
+    undulation_m = float(model.geoid.undulation_m(*at_deg))
+    return undulation_m if math.isfinite(undulation_m) else None
 
 
 def _area_heights(model: ElevationModel, corners_deg: NDArray[np.float64]) -> AreaHeights:

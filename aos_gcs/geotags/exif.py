@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Any
 
+from aos_gcs.geometry.heights import AmslM
+
 FULL_FRAME_DIAGONAL_MM = math.hypot(36.0, 24.0)
 """EXIF compares focal lengths with 35 mm film by the diagonals of the pictures (CIPA DCG-001)."""
 
@@ -30,7 +32,7 @@ class ExifTags:
 
     latitude_deg: float | None
     longitude_deg: float | None
-    altitude_amsl_m: float | None
+    altitude_amsl_m: AmslM | None
     orientation: int
     """1: the rows of the file are those that the camera saw."""
     original_width_px: int
@@ -61,7 +63,7 @@ def exif_tags(exif: Any, width_px: int) -> ExifTags:
     return ExifTags(
         latitude_deg=_angle(gps.get(_LATITUDE), gps.get(_LATITUDE_REF), "S"),
         longitude_deg=_angle(gps.get(_LONGITUDE), gps.get(_LONGITUDE_REF), "W"),
-        altitude_amsl_m=altitude_m,
+        altitude_amsl_m=None if altitude_m is None else AmslM(altitude_m),
         orientation=int(_number(exif.get(_ORIENTATION)) or 1),
         original_width_px=original_width_px,
         digital_zoom=_positive(camera.get(_DIGITAL_ZOOM)) or 1.0,

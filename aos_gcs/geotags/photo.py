@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 from aos_gcs.errors import InputDataError
 from aos_gcs.extras import load_extra
 from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.geometry.heights import AboveHomeM, AmslM
 from aos_gcs.geometry.poses import R_CAM2SENSOR_FRD, R_NED2ENU
 from aos_gcs.geometry.rotations import R_from_yaw_pitch_roll
 from aos_gcs.geotags.exif import ExifTags, exif_tags
@@ -71,9 +72,9 @@ class Geotag:
 
     latitude_deg: float
     longitude_deg: float
-    altitude_amsl_m: float | None
+    altitude_amsl_m: AmslM | None
     """Altitude as recorded by the aircraft: errors of tens of metres are usual; some are above the ellipsoid."""
-    relative_altitude_m: float | None
+    relative_altitude_m: AboveHomeM | None
     """Height above the place of takeoff."""
     R_cam2enu: NDArray[np.float64]
     """Orientation of the rows and columns as they stand in the file, shape (3, 3)."""
@@ -142,7 +143,7 @@ def geotag(exif: ExifTags, xmp: Mapping[str, str], width_px: int, height_px: int
         raise InputDataError(f"its position, {latitude_deg:g}, {longitude_deg:g}, is not on the earth: it had no fix")
     if exif.orientation not in _R_FILE2SHOWN:
         raise InputDataError(f"its Orientation tag, {exif.orientation}, says that it is mirrored")
-    altitude_m = _first(xmp, ("AbsoluteAltitude",))
+    altitude_m, relative_m = _first(xmp, ("AbsoluteAltitude",)), _first(xmp, ("RelativeAltitude",))
     for name in ("AbsoluteAltitude", "RelativeAltitude"):
         value_m = _first(xmp, (name,))
         if value_m is not None and abs(value_m) > MAX_ALTITUDE_M:
@@ -150,8 +151,8 @@ def geotag(exif: ExifTags, xmp: Mapping[str, str], width_px: int, height_px: int
     return Geotag(
         latitude_deg=latitude_deg,
         longitude_deg=longitude_deg,
-        altitude_amsl_m=exif.altitude_amsl_m if altitude_m is None else altitude_m,
-        relative_altitude_m=_first(xmp, ("RelativeAltitude",)),
+        altitude_amsl_m=exif.altitude_amsl_m if altitude_m is None else AmslM(altitude_m),
+        relative_altitude_m=None if relative_m is None else AboveHomeM(relative_m),
         R_cam2enu=_attitude(xmp) @ _R_FILE2SHOWN[exif.orientation],
         width_px=width_px,
         height_px=height_px,

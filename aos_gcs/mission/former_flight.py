@@ -14,6 +14,7 @@ import numpy as np
 from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.geodesy import LocalFrame
+from aos_gcs.geometry.heights import AmslM
 from aos_gcs.mission.fleet.datum import LaunchGround
 from aos_gcs.mission.fleet.roster import Member, Roster
 from aos_gcs.mission.model.snapshot import MissionSnapshot
@@ -95,7 +96,7 @@ class FormerFlight:
         for vehicle_id, former in self.vehicles.items():
             if former.home_enu_m is not None:
                 altitudes_m[vehicle_id] = frame.to_geodetic(former.home_enu_m).altitude_amsl_m
-        level_m = median(altitudes_m.values())
+        level_m = AmslM(median(altitudes_m.values()))
         return LaunchGround(level_m, relief_m={key: each_m - level_m for key, each_m in altitudes_m.items()})
 
     def attach(self, roster: Roster) -> list[Member]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.geometry.heights import AboveHomeM
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +22,7 @@ class Disarm:
 class Takeoff:
     """Climb straight up; done when the height is within 1 m."""
 
-    height_above_home_m: float
+    height_above_home_m: AboveHomeM
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.geometry.heights import AboveHomeM, AmslM
 
 
 class FlightMode(StrEnum):
@@ -114,7 +115,7 @@ class VehicleState:
     position: GeodeticPosition | None = None
     position_at_s: float | None = None
     """Time at which ``position`` was sent, where the vehicle's clock tells, or else arrived."""
-    height_above_home_m: float | None = None
+    height_above_home_m: AboveHomeM | None = None
     velocity_enu_mps: tuple[float, float, float] | None = None
     heading_rad: float | None = None
     """Clockwise from true north, [0, 2 pi)."""
@@ -144,7 +145,7 @@ class VehicleState:
     """Standard deviation of the altitude, the largest that receiver and estimator report."""
     altitude_test_ratio: float | None = None
     """Deviation of the estimated altitude from the sensors, as a share of what the estimator accepts; 1 is refused."""
-    gps_altitude_amsl_m: float | None = None
+    gps_altitude_amsl_m: AmslM | None = None
     """Altitude that the satellite receiver measures, before the autopilot fuses it."""
     pressure_hpa: float | None = None
     """Static pressure that the barometer measures."""

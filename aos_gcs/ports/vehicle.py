@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Protocol
 
+from aos_gcs.geometry.heights import AboveHomeM
 from aos_gcs.ports.capture import Capture
 from aos_gcs.ports.commands import Command
 from aos_gcs.ports.setup import Geofence, VehicleFacts
@@ -64,7 +65,7 @@ class Vehicle(Protocol):
         """
         ...
 
-    async def set_return_height(self, height_above_home_m: float, deadline_s: float) -> None:
+    async def set_return_height(self, height_above_home_m: AboveHomeM, deadline_s: float) -> None:
         """Set the height to which the vehicle climbs before its own return; only on the ground.
 
         A vehicle that is higher returns as high as it is. The vehicle has repeated the new values when this returns.

@@ -75,7 +75,7 @@ def _targets(targets: Any) -> None:
 
 
 _READERS: Mapping[str, Callable[[Any], object]] = {
-    "origin": lambda origin: GeodeticPosition(**{key: float(value) for key, value in origin.items()}),
+    "origin": GeodeticPosition.from_fields,
     "seed": range,
     "trees_per_ha": float,
     "targets": _targets,

@@ -9,7 +9,9 @@ from pathlib import Path
 
 from aos_gcs.elevation.geoid import find_geoid
 from aos_gcs.errors import ConfigurationError
+from aos_gcs.geometry import heights
 from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.geometry.heights import EllipsoidalM
 
 UndulationM = Callable[[float, float], float | None]
 """Returns the geoid's height above the ellipsoid at a latitude and longitude, degrees; None if it is not known."""
@@ -48,7 +50,7 @@ def undulations(grid: str | None) -> UndulationM | None:
     return undulation_m
 
 
-def ellipsoidal_m(position: GeodeticPosition, undulation_m: UndulationM | None) -> float | None:
+def ellipsoidal_m(position: GeodeticPosition, undulation_m: UndulationM | None) -> EllipsoidalM | None:
     """Return a position's height above the ellipsoid; None where the geoid is not known, never the altitude itself."""
     undulation = None if undulation_m is None else undulation_m(position.latitude_deg, position.longitude_deg)
-    return None if undulation is None else position.altitude_amsl_m + undulation
+    return None if undulation is None else heights.ellipsoidal_m(position.altitude_amsl_m, undulation)

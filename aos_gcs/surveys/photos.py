@@ -15,6 +15,7 @@ from aos_gcs.errors import InputDataError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.distortion import LensDistortion
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.geometry.heights import SEA_LEVEL, AmslM, home_below_m
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.geotags.photo import Geotag, read_geotag
 from aos_gcs.geotags.sensors import Sensor
@@ -103,7 +104,7 @@ def read_photos(
     origin = GeodeticPosition(
         photos[0].tag.latitude_deg,
         photos[0].tag.longitude_deg,
-        float(np.median([photo.ground_amsl_m for photo in photos])),
+        AmslM(float(np.median([photo.ground_amsl_m for photo in photos]))),
     )
     images = tuple(replace(_placed(photo, LocalFrame(origin)), scene=scene) for photo in photos)
     return Survey(images, bands, origin, left_out, remarks=_remarks(photos))
@@ -180,7 +181,9 @@ def _read(
     if tag.relative_altitude_m is None:
         raise InputDataError("it has no RelativeAltitude; give the altitude of the ground (--ground)")
     # Without an absolute altitude only the map's scale suffers, by a millionth per six metres.
-    takeoff_amsl_m = 0.0 if tag.altitude_amsl_m is None else tag.altitude_amsl_m - tag.relative_altitude_m
+    takeoff_amsl_m = SEA_LEVEL
+    if tag.altitude_amsl_m is not None:
+        takeoff_amsl_m = home_below_m(tag.altitude_amsl_m, tag.relative_altitude_m)
     return _Photo(path, tag, camera, tag.relative_altitude_m, takeoff_amsl_m)
 
 
@@ -216,7 +219,7 @@ def _refuse_mixed(photos: Sequence[_Photo], folder: Path) -> None:
 
 def _together(photos: Sequence[_Photo], left_out: dict[str, str], folder: Path) -> list[_Photo]:
     """Return photographs without those that lie far from the others."""
-    places = [GeodeticPosition(photo.tag.latitude_deg, photo.tag.longitude_deg, 0.0) for photo in photos]
+    places = [GeodeticPosition(photo.tag.latitude_deg, photo.tag.longitude_deg, SEA_LEVEL) for photo in photos]
     world = LocalFrame(places[0])
     far = far_apart([world.to_enu(place) for place in places])
     if len(far) == len(photos):
@@ -233,7 +236,7 @@ def _refuse_copy(path: Path, others: Sequence[Path]) -> None:
 
 
 def _placed(photo: _Photo, world: LocalFrame) -> SurveyImage:
-    altitude_m = world.origin.altitude_amsl_m + photo.height_m
+    altitude_m = AmslM(world.origin.altitude_amsl_m + photo.height_m)
     position = GeodeticPosition(photo.tag.latitude_deg, photo.tag.longitude_deg, altitude_m)
     return SurveyImage(
         photo.path,

@@ -18,6 +18,7 @@ from aos_gcs.errors import InputDataError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.distortion import LensDistortion, LensModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.geometry.heights import AmslM
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.input_values import finite_number, require_folder, shown
 from aos_gcs.surveys.apart import far_apart
@@ -225,7 +226,8 @@ def _own_origin(document: Mapping[str, Any], poses_file: Path) -> GeodeticPositi
             f"The poses file {poses_file}: 'origin' must be [latitude, longitude, altitude] in degrees and metres, got "
             f"{shown(place)}."
         )
-    return GeodeticPosition(*known)
+    latitude_deg, longitude_deg, altitude_m = known
+    return GeodeticPosition(latitude_deg, longitude_deg, AmslM(altitude_m))
 
 
 def is_place(latitude_deg: float, longitude_deg: float, altitude_m: float = 0.0) -> bool:

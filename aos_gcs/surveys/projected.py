@@ -12,6 +12,7 @@ import numpy as np
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.extras import load_extra
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.geometry.heights import SEA_LEVEL, AmslM
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.geometry.rotations import R_from_rotation_vector
 from aos_gcs.surveys.model import Survey, SurveyImage
@@ -82,7 +83,7 @@ class ProjectedSystem:
             raise InputDataError(text)
         return text
 
-    def position(self, east_m: float, north_m: float, altitude_m: float) -> GeodeticPosition:
+    def position(self, east_m: float, north_m: float, altitude_m: AmslM) -> GeodeticPosition:
         """Return a position; its coordinates are not finite where the system does not hold."""
         longitude_deg, latitude_deg = self._to_geodetic.transform(east_m, north_m)
         return GeodeticPosition(float(latitude_deg), float(longitude_deg), altitude_m)
@@ -105,7 +106,7 @@ def placed(survey: Survey, system: ProjectedSystem) -> Survey:
     """
     first = survey.images[0]
     east_m, north_m, _ = map(float, first.pose.position_enu_m)
-    origin = system.position(east_m, north_m, 0.0)
+    origin = system.position(east_m, north_m, SEA_LEVEL)
     if not (math.isfinite(origin.latitude_deg) and math.isfinite(origin.longitude_deg)):
         raise _out_of_range(first, system)
     # Beyond its zone a projection still gives numbers, which come back as others.
@@ -120,11 +121,11 @@ def _turned(images: Sequence[SurveyImage], system: ProjectedSystem, frame: Local
     turned = []
     for image in images:
         east_m, north_m, up_m = map(float, image.pose.position_enu_m)
-        position = system.position(east_m, north_m, up_m)
+        position = system.position(east_m, north_m, AmslM(up_m))
         if not (math.isfinite(position.latitude_deg) and math.isfinite(position.longitude_deg)):
             raise _out_of_range(image, system)
         place_m = frame.to_enu(position)
-        northward_m = frame.to_enu(system.position(east_m, north_m + _NORTHWARD_M, up_m)) - place_m
+        northward_m = frame.to_enu(system.position(east_m, north_m + _NORTHWARD_M, AmslM(up_m))) - place_m
         # The grid's north lies clockwise of the true one by the convergence of meridians.
         convergence_rad = math.atan2(float(northward_m[0]), float(northward_m[1]))
         R_grid2enu = R_from_rotation_vector(np.array([0.0, 0.0, -convergence_rad]))

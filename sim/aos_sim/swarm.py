@@ -20,6 +20,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.geometry.heights import AmslM
 from aos_sim.camera.component import CameraComponent, CameraView, Exposure
 from aos_sim.camera.darkroom import Darkroom
 from aos_sim.camera.folder import ImageFolder
@@ -61,7 +62,7 @@ LEAST_COLUMNS = 10
 HEADING_SIGMA_RAD = math.radians(5.0)
 """Vehicles are not put down perfectly aligned."""
 
-DEFAULT_ORIGIN = GeodeticPosition(48.3, 14.3, 260.0)
+DEFAULT_ORIGIN = GeodeticPosition(48.3, 14.3, AmslM(260.0))
 
 MAX_BATTERY_S = 86_400.0
 """Greatest lifetime of a battery, and time on the ground."""

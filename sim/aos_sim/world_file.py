@@ -104,7 +104,7 @@ def read_world_file(path: Path) -> tuple[SceneParameters, GeodeticPosition]:
     """
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
-        origin = GeodeticPosition(**{key: float(value) for key, value in content["origin"].items()})
+        origin = GeodeticPosition.from_fields(content["origin"])
         return scene_parameters(content), origin
     except OSError as error:
         raise InputDataError(f"The world file {path} cannot be read: {error.strerror}.") from error

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.geometry.heights import AmslM
 from aos_sim.camera.image import ImageSource
 from aos_sim.camera.synthetic import CheckerboardGround
 from aos_sim.errors.model import ErrorModel
@@ -90,7 +91,7 @@ def parse_origin(text: str) -> GeodeticPosition:
         raise ConfigurationError(f"--origin must be LAT,LON,ALT (three numbers), got {text!r}.") from error
     if not (abs(latitude_deg) < 90.0 and abs(longitude_deg) <= 180.0 and math.isfinite(altitude_amsl_m)):
         raise ConfigurationError(f"--origin must be a latitude, a longitude and an altitude, got {text!r}.")
-    return GeodeticPosition(latitude_deg, longitude_deg, altitude_amsl_m)
+    return GeodeticPosition(latitude_deg, longitude_deg, AmslM(altitude_amsl_m))
 
 
 def terrain_of(text: str) -> str:

@@ -50,6 +50,7 @@ def test_a_terrain_is_described_with_the_heights_of_a_plan(tmp_path: Path, capsy
     captured = capsys.readouterr()
     assert "vertical datum: EGM96 height" in captured.out
     assert "holes: none" in captured.out
+    assert "geoid: " in captured.out
     assert "of relief; 0 of" in captured.out
     assert "at most 10% steep, " in captured.out
     assert "beyond the ceiling" not in captured.out

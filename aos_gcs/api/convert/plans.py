@@ -16,6 +16,7 @@ from aos_gcs.airspace.stopping import StoppingDistance
 from aos_gcs.api.convert.places import rounded, scan_leg
 from aos_gcs.api.models import plans as wire
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.geometry.heights import SEA_LEVEL
 from aos_gcs.groundmap.figures import DetectionFigures
 from aos_gcs.mission.model.vehicles import VehicleSnapshot
 from aos_gcs.planning.advice import Proposal
@@ -26,7 +27,7 @@ from aos_gcs.planning.proposal import altitude_layers
 from aos_gcs.planning.settings import ForestSettings
 from aos_gcs.planning.shape_files import ImportedShape
 
-NO_ORIGIN: Final = GeodeticPosition(0.0, 0.0, 0.0)
+NO_ORIGIN: Final = GeodeticPosition(0.0, 0.0, SEA_LEVEL)
 """Stand-in for the origin of plans without any position."""
 _PROFILE_DIGITS: Final = 1
 """Decimals of metres in a profile."""
@@ -64,7 +65,7 @@ def plan_origin(plan: wire.PlanModel, origin: GeodeticPosition | None) -> Geodet
     places = [place for place in (plan.launch, *plan.area) if place is not None]
     if not places:
         return NO_ORIGIN
-    return GeodeticPosition(places[0].latitude_deg, places[0].longitude_deg, 0.0)
+    return GeodeticPosition(places[0].latitude_deg, places[0].longitude_deg, SEA_LEVEL)
 
 
 def homes(vehicles: Iterable[VehicleSnapshot], origin: GeodeticPosition | None) -> dict[int, tuple[float, float]]:

@@ -164,7 +164,7 @@ class AltitudeWatch:
 
 def _measured_m(state: VehicleState) -> dict[Reference, float]:
     """Return the altitude that each reference of a vehicle measures."""
-    measured_m = {}
+    measured_m: dict[Reference, float] = {}
     if state.gps_altitude_amsl_m is not None:
         measured_m[Reference.SATELLITES] = state.gps_altitude_amsl_m
     if state.pressure_hpa is not None:

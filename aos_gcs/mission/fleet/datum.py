@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from statistics import median
 
+from aos_gcs.geometry.heights import AmslM, home_below_m
 from aos_gcs.ports import LandedState, VehicleState
 
 RTK_FIXED = 6
@@ -24,16 +25,16 @@ RTK_FLOAT = 5
 class LaunchGround:
     """Altitudes of the ground below the launch points, above one datum."""
 
-    level_amsl_m: float
+    level_amsl_m: AmslM
     """Altitude of the launch site: the middle one of those that the vehicles report."""
-    measured_level_amsl_m: float | None = None
+    measured_level_amsl_m: AmslM | None = None
     """The same by the receivers, where all have an RTK fix; None: the ground counts as level."""
     relief_m: Mapping[int, float] = field(default_factory=dict)
     """Height of the ground at each launch point above the level, by vehicle; 0 where there is none."""
 
-    def altitude_amsl_m(self, vehicle_id: int) -> float:
+    def altitude_amsl_m(self, vehicle_id: int) -> AmslM:
         """Return the altitude of the ground at a vehicle's launch point."""
-        return self.level_amsl_m + self.relief_m.get(vehicle_id, 0.0)
+        return AmslM(self.level_amsl_m + self.relief_m.get(vehicle_id, 0.0))
 
     def with_vehicle(self, state: VehicleState) -> LaunchGround:
         """Return the same ground with the launch point of one more vehicle, which stands there."""
@@ -44,7 +45,7 @@ class LaunchGround:
         return replace(self, relief_m=relief_m)
 
 
-def home_altitude_m(state: VehicleState) -> float | None:
+def home_altitude_m(state: VehicleState) -> AmslM | None:
     """Return the altitude above mean sea level that a vehicle takes its home for; None before it has one.
 
     Altitude and height of the same packet belong together, also right after an autopilot has moved its home.
@@ -53,7 +54,7 @@ def home_altitude_m(state: VehicleState) -> float | None:
         return None
     if state.position is None or state.height_above_home_m is None:
         return state.home.altitude_amsl_m
-    return state.position.altitude_amsl_m - state.height_above_home_m
+    return home_below_m(state.position.altitude_amsl_m, state.height_above_home_m)
 
 
 def survey_ground(states: Sequence[VehicleState]) -> LaunchGround | None:
@@ -61,17 +62,17 @@ def survey_ground(states: Sequence[VehicleState]) -> LaunchGround | None:
     homes_m = [home_m for state in states if (home_m := home_altitude_m(state)) is not None]
     if not homes_m or len(homes_m) < len(states):
         return None
-    level = LaunchGround(median(homes_m))
+    level = LaunchGround(AmslM(median(homes_m)))
     measured_m = [ground_m for state in states if (ground_m := measured_ground_m(state)) is not None]
     if len(measured_m) < len(states):
         return level
-    ground = replace(level, measured_level_amsl_m=median(measured_m))
+    ground = replace(level, measured_level_amsl_m=AmslM(median(measured_m)))
     for state in states:
         ground = ground.with_vehicle(state)
     return ground
 
 
-def measured_ground_m(state: VehicleState) -> float | None:
+def measured_ground_m(state: VehicleState) -> AmslM | None:
     """Return the altitude of the ground below a vehicle that stands there, where it is measured by RTK."""
     return state.gps_altitude_amsl_m if state.gps_fix == RTK_FIXED and is_grounded(state) else None
 

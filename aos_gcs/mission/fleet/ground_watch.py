@@ -8,6 +8,7 @@ import numpy as np
 
 from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.airspace.terrain import GroundRaster
+from aos_gcs.geometry.heights import AboveGroundM
 from aos_gcs.mission.fleet.debounce import Debounce
 from aos_gcs.mission.fleet.roster import Member, Roster
 from aos_gcs.mission.journal import Journal
@@ -41,7 +42,7 @@ class GroundWatch:
         heights_m = positions_enu_m[:, 2] - ground.bounds_at(positions_enu_m[:, :2])[1]
         for (member, _), height_m in zip(located, heights_m.tolist(), strict=True):
             if np.isfinite(height_m):
-                member.height_above_ground_m = height_m
+                member.height_above_ground_m = AboveGroundM(height_m)
                 if limits is not None and limits.above_ground is not None:
                     self._judge(member, height_m, limits.above_ground.floor_m)
 

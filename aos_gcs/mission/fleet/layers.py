@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.airspace.reference_surface import LEVEL, ReferenceSurface
+from aos_gcs.geometry.heights import AboveHomeM
 
 FloatArray = NDArray[np.float64]
 
@@ -67,10 +68,12 @@ class Layers:
             return None
         return np.array([*place_enu_m[:2], vehicle.layer_height_m + self.surface.at(place_enu_m)])
 
-    def above_home_m(self, vehicle: Launched) -> float | None:
+    def above_home_m(self, vehicle: Launched) -> AboveHomeM | None:
         """Return the height above its home of a vehicle's layer there; None while it is not known."""
         home_enu_m, above_enu_m = vehicle.home_enu_m, self.at(vehicle, vehicle.home_enu_m)
-        return None if home_enu_m is None or above_enu_m is None else float(above_enu_m[2] - home_enu_m[2])
+        if home_enu_m is None or above_enu_m is None:
+            return None
+        return AboveHomeM(float(above_enu_m[2] - home_enu_m[2]))
 
     def return_up_m(self, vehicle: Layered) -> float | None:
         """Return the height above the origin at which a vehicle's autopilot is to return; None while it is not known.
@@ -82,10 +85,12 @@ class Layers:
             return None
         return vehicle.layer_height_m + self.surface.highest_m
 
-    def return_above_home_m(self, vehicle: Launched) -> float | None:
+    def return_above_home_m(self, vehicle: Launched) -> AboveHomeM | None:
         """Return the height above its home at which a vehicle's autopilot is to return; None while it is not known."""
         return_up_m = self.return_up_m(vehicle)
-        return None if vehicle.home_enu_m is None or return_up_m is None else return_up_m - float(vehicle.home_enu_m[2])
+        if vehicle.home_enu_m is None or return_up_m is None:
+            return None
+        return AboveHomeM(return_up_m - float(vehicle.home_enu_m[2]))
 
     def moved(self, point_enu_m: FloatArray, place_enu_m: FloatArray) -> FloatArray:
         """Return a point, shape (3,), moved to another place, shape (2,), as high above the surface as before."""

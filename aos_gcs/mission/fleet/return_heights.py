@@ -6,6 +6,7 @@ import asyncio
 from collections.abc import Mapping
 
 from aos_gcs.errors import CommandError
+from aos_gcs.geometry.heights import AboveHomeM
 from aos_gcs.mission.context import MissionContext
 from aos_gcs.mission.fleet.roster import Member
 from aos_gcs.mission.model.vehicles import SettingsRecord
@@ -42,10 +43,10 @@ class ReturnHeights:
         self._former: dict[int, Mapping[str, float]] = {}
         """Settings before the mission, by vehicle."""
 
-    def wanted_m(self, member: Member) -> float | None:
+    def wanted_m(self, member: Member) -> AboveHomeM | None:
         """Return the failsafe return height above home that a vehicle is to have; None where it is left unchanged."""
         height_m = self._context.roster.layers.return_above_home_m(member) if self._is_wanted else None
-        return None if height_m is None else round(height_m, _DECIMALS)
+        return None if height_m is None else AboveHomeM(round(height_m, _DECIMALS))
 
     async def adopt(self, member: Member, facts: VehicleFacts) -> None:
         """Take over the duty to restore settings that a former mission has left on a vehicle.
@@ -62,7 +63,7 @@ class ReturnHeights:
         text = f"an earlier mission left its failsafe return height changed: this one restores {_in_words(former)}"
         self._context.journal.notice(Severity.WARNING, text, member.vehicle_id)
 
-    async def set(self, member: Member, facts: VehicleFacts, height_m: float, deadline_s: float) -> None:
+    async def set(self, member: Member, facts: VehicleFacts, height_m: AboveHomeM, deadline_s: float) -> None:
         """Set a vehicle's return height, after its former one was recorded.
 
         Raises:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from aos_gcs.airspace.waypoints import as_enu_point
 from aos_gcs.errors import MissionError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.geometry.heights import AboveGroundM, AmslM
 from aos_gcs.mission.fleet.datum import LaunchGround, home_altitude_m, is_grounded
 from aos_gcs.mission.fleet.energy import BatteryMeter
 from aos_gcs.mission.fleet.layers import Layers
@@ -55,7 +56,7 @@ class Member:
     """Error of its height that was found in flight; 0 while there is none."""
     is_inaccurate: bool = False
     """Whether its altitude was found less accurate in flight than the altitude layers bear."""
-    height_above_ground_m: float | None = None
+    height_above_ground_m: AboveGroundM | None = None
     """Height above the highest ground about it, by the elevation model; None where that is not known."""
     former_takeover: str = ""
     """What showed that it was taken over before its flight was taken up; empty once it is ours again."""
@@ -269,7 +270,7 @@ class Roster:
         """Return a position that a vehicle or its camera reports, above the datum that all share."""
         if member.altitude_offset_m == 0.0:
             return position
-        altitude_amsl_m = position.altitude_amsl_m - member.altitude_offset_m
+        altitude_amsl_m = AmslM(position.altitude_amsl_m - member.altitude_offset_m)
         return GeodeticPosition(position.latitude_deg, position.longitude_deg, altitude_amsl_m)
 
     def members(self, *tasks: Task) -> list[Member]:
@@ -365,7 +366,7 @@ class Roster:
     def geodetic(self, member: Member, position_enu_m: NDArray[np.float64]) -> GeodeticPosition:
         """Return a point of the mission's frame as a vehicle has to be told it, with its own error of altitude."""
         place = self.local_frame().to_geodetic(position_enu_m)
-        return replace(place, altitude_amsl_m=place.altitude_amsl_m + member.altitude_offset_m)
+        return replace(place, altitude_amsl_m=AmslM(place.altitude_amsl_m + member.altitude_offset_m))
 
     def snapshot(self, member: Member) -> VehicleSnapshot:
         """Describe one member."""

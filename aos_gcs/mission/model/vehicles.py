@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from aos_gcs.geometry.geodesy import EnuPoint
+from aos_gcs.geometry.heights import AboveGroundM
 from aos_gcs.ports import VehicleState
 
 
@@ -77,7 +78,7 @@ class VehicleSnapshot:
     """Launch point; None before it is known, and in older records."""
     altitude_offset_m: float = 0.0
     """Altitude that it reports minus the one above the datum that all share."""
-    height_above_ground_m: float | None = None
+    height_above_ground_m: AboveGroundM | None = None
     """Height above the highest ground about it, by the elevation model; None without one, and in older records."""
     leaves_in_s: float | None = None
     """Time until it is to leave for home by its battery; None while that is not known, and in older records."""

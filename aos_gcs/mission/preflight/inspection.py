@@ -16,6 +16,7 @@ import numpy as np
 from aos_gcs.airspace.geofence import vehicle_fence
 from aos_gcs.errors import CaptureError, CommandError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.geometry.heights import AboveHomeM
 from aos_gcs.mission.context import FlightContext, MissionContext
 from aos_gcs.mission.fleet.return_heights import ReturnHeights
 from aos_gcs.mission.fleet.roster import Member
@@ -75,7 +76,7 @@ class Inspection:
     may_upload: bool = False
     """Whether the planned geofence is uploaded where another one, or none, is stored."""
     upload_problem: str = ""
-    wanted_return_m: float | None = None
+    wanted_return_m: AboveHomeM | None = None
     """Failsafe return height above home that it is to have; None: it is left unchanged."""
     return_problem: str = ""
 

@@ -11,6 +11,7 @@ from datetime import UTC, datetime
 from xml.etree import ElementTree as ET
 
 from aos_gcs.exports.xml_text import readable
+from aos_gcs.geometry.heights import EllipsoidalM
 
 CE90 = 2.146
 """Radius of the circle that holds 90 % of a circular normal distribution, in standard deviations along an axis."""
@@ -33,7 +34,7 @@ class Mark:
     how: str
     latitude_deg: float
     longitude_deg: float
-    hae_m: float | None
+    hae_m: EllipsoidalM | None
     """Height above the ellipsoid; None if it is not known."""
     lifetime_s: float
     """Time after which it is stale unless it is sent again."""

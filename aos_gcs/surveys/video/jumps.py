@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.geometry.heights import SEA_LEVEL
 from aos_gcs.surveys.video.subtitles import Sample
 
 MAX_SPEED_MPS = 50.0
@@ -24,8 +25,8 @@ def without_jumps(samples: Sequence[Sample]) -> list[Sample]:
         samples: at least one.
     """
     middle = samples[len(samples) // 2]
-    frame = LocalFrame(GeodeticPosition(middle.latitude_deg, middle.longitude_deg, 0.0))
-    places_m = np.array([frame.to_enu(GeodeticPosition(s.latitude_deg, s.longitude_deg, 0.0)) for s in samples])
+    frame = LocalFrame(GeodeticPosition(middle.latitude_deg, middle.longitude_deg, SEA_LEVEL))
+    places_m = np.array([frame.to_enu(GeodeticPosition(s.latitude_deg, s.longitude_deg, SEA_LEVEL)) for s in samples])
     times_s = np.array([sample.time_s for sample in samples])
     is_jump = _is_beyond(np.diff(places_m, axis=0), np.diff(times_s))
     edges = [0, *(np.flatnonzero(is_jump) + 1).tolist(), len(samples)]

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from aos_gcs.errors import InputDataError
+from aos_gcs.geometry.heights import AboveHomeM, AmslM
 
 MAX_BYTES = 200_000_000
 """Largest subtitle file that is read: four hours at 60 cues a second take less."""
@@ -39,9 +40,9 @@ class Sample:
     """Time in the video at which the cue begins."""
     latitude_deg: float
     longitude_deg: float
-    relative_altitude_m: float | None
+    relative_altitude_m: AboveHomeM | None
     """Height above the place of takeoff."""
-    altitude_amsl_m: float | None
+    altitude_amsl_m: AmslM | None
     """Altitude as recorded by the aircraft, in its own altitude reference."""
     gimbal_deg: tuple[float, float, float] | None
     """Yaw, pitch and roll of the optical axis about north, east and down; -90 is down."""
@@ -116,12 +117,14 @@ def _sample(time_s: float, values: Mapping[str, float]) -> Sample | None:
     if not is_place or latitude_deg == longitude_deg == 0.0:
         return None
     gimbal = [values.get(name, math.nan) for name in ("gb_yaw", "gb_pitch", "gb_roll")]
+    relative_m = _altitude_m(values.get("rel_alt"))
+    altitude_m = _altitude_m(values.get("abs_alt", values.get("altitude")))
     return Sample(
         time_s,
         latitude_deg,
         longitude_deg,
-        _altitude_m(values.get("rel_alt")),
-        _altitude_m(values.get("abs_alt", values.get("altitude"))),
+        None if relative_m is None else AboveHomeM(relative_m),
+        None if altitude_m is None else AmslM(altitude_m),
         None if any(not abs(angle) <= _FULL_TURN_DEG for angle in gimbal) else (gimbal[0], gimbal[1], gimbal[2]),
         values.get("dzoom_ratio", 1.0),
     )

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from aos_gcs.errors import InputDataError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.geometry.heights import SEA_LEVEL, AboveHomeM, AmslM, home_below_m
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.geotags.photo import R_cam2enu_of_gimbal
 from aos_gcs.surveys.video.attitude import Attitude
@@ -64,14 +65,18 @@ class FlightTrack:
         """Number of samples left out because no aircraft gets to their positions in time."""
         known = [(sample, height_m) for sample, height_m in known if id(sample) in plausible]
         first, first_height_m = known[0]
-        ground_m = ground_amsl_m
-        if ground_m is None:
+        ground_m = SEA_LEVEL
+        if ground_amsl_m is not None:
+            ground_m = AmslM(ground_amsl_m)
+        elif first.altitude_amsl_m is not None:
             # Without an absolute altitude only the scale suffers, by a millionth per six metres.
-            ground_m = 0.0 if first.altitude_amsl_m is None else first.altitude_amsl_m - first_height_m
+            ground_m = home_below_m(first.altitude_amsl_m, AboveHomeM(first_height_m))
         self.origin = GeodeticPosition(first.latitude_deg, first.longitude_deg, ground_m)
         """Origin of the world: below the first position, on the ground."""
         frame = LocalFrame(self.origin)
-        places = [GeodeticPosition(s.latitude_deg, s.longitude_deg, ground_m + height_m) for s, height_m in known]
+        places = [
+            GeodeticPosition(s.latitude_deg, s.longitude_deg, AmslM(ground_m + height_m)) for s, height_m in known
+        ]
         self._times_s = np.array([sample.time_s for sample, _ in known])
         self._zooms = np.array([sample.zoom for sample, _ in known])
         positions_m = np.array([frame.to_enu(place) for place in places])

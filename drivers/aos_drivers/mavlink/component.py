@@ -13,6 +13,7 @@ from aos_drivers.vehicle.cameras.shutter import LostReportError, Shutter
 from aos_drivers.vehicle.telemetry import position_from_e7
 from aos_drivers.vehicle.transaction import ACK_TIMEOUT_S
 from aos_gcs.errors import CaptureError
+from aos_gcs.geometry.heights import AmslM
 from aos_gcs.ports import Capture
 
 CapturedMessage: TypeAlias = mavlink.MAVLink_camera_image_captured_message
@@ -37,7 +38,7 @@ class ComponentSource:
             image_index=message.image_index,
             is_success=message.capture_result == 1,
             utc_s=message.time_utc / 1e6 if message.time_utc else None,
-            position=position_from_e7(message.lat, message.lon, message.alt / 1000),
+            position=position_from_e7(message.lat, message.lon, AmslM(message.alt / 1000)),
             q_wxyz=message.q,
             file_url=message.file_url,
             fov_rad=camera.horizontal_fov_rad,

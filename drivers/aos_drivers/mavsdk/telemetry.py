@@ -14,6 +14,7 @@ from aos_drivers.mavsdk.core import LoopDispatcher, message_from_direct
 from aos_drivers.vehicle.record import VehicleRecord
 from aos_drivers.vehicle.status_text import notice_severity
 from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.geometry.heights import AboveHomeM, AmslM
 from aos_gcs.ports import Clock, LandedState, Notice
 
 _LANDED = {
@@ -86,7 +87,7 @@ class TelemetryFeed:
         telemetry = self._record.telemetry
         is_taken = telemetry.take_position(geodetic(position), self._sent_at_s())
         if is_taken and math.isfinite(position.relative_altitude_m):
-            telemetry.relative_altitude_m = position.relative_altitude_m
+            telemetry.relative_altitude_m = AboveHomeM(position.relative_altitude_m)
 
     def _take_velocity(self, velocity: plugin.VelocityNed) -> None:
         velocity_enu_mps = (velocity.east_m_s, velocity.north_m_s, -velocity.down_m_s)
@@ -152,4 +153,4 @@ def geodetic(position: plugin.Position | plugin.HomePosition) -> GeodeticPositio
         return None
     if latitude_deg == 0.0 and longitude_deg == 0.0:
         return None
-    return GeodeticPosition(latitude_deg, longitude_deg, position.absolute_altitude_m)
+    return GeodeticPosition(latitude_deg, longitude_deg, AmslM(position.absolute_altitude_m))

@@ -11,6 +11,7 @@ import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.geometry.heights import AboveHomeM
 
 TARGET_MOVED_M = 1.0
 """Distance from our target at which a reported target is another one; autopilots repeat theirs unchanged."""
@@ -50,10 +51,10 @@ _FAILSAFES: Mapping[int, str] = MappingProxyType(
 class Climb:
     """Top of a take-off, and the modes that the autopilot enters by itself there."""
 
-    height_above_home_m: float
+    height_above_home_m: AboveHomeM
     modes: frozenset[str]
 
-    def may_end_at(self, height_above_home_m: float) -> bool:
+    def may_end_at(self, height_above_home_m: AboveHomeM) -> bool:
         """Whether the autopilot may take this reported height for the top."""
         top_m = self.height_above_home_m
         return height_above_home_m >= top_m - min(_ENDS_BELOW_M, _ENDS_BELOW_SHARE * top_m)
@@ -192,7 +193,7 @@ class ControlWatch:
         """Note that the vehicle reports a target, in whatever message."""
         self._beats_without_target = 0
 
-    def take_height(self, height_above_home_m: float | None) -> None:
+    def take_height(self, height_above_home_m: AboveHomeM | None) -> None:
         """Expect the modes that end a take-off once the vehicle is high enough; call it before ``take_heartbeat``."""
         climb = self._climb
         if climb is None or height_above_home_m is None:

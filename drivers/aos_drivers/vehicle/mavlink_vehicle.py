@@ -8,6 +8,7 @@ from aos_drivers.vehicle.cameras.exposure import CaptureTools, VehicleAccess
 from aos_drivers.vehicle.cameras.runner import CaptureRunner, FrameSource, make_source
 from aos_drivers.vehicle.commands import CommandRunner
 from aos_drivers.vehicle.setup import SetupRunner
+from aos_gcs.geometry.heights import AboveHomeM
 from aos_gcs.ports import Capture, Command, Geofence, VehicleFacts, VehicleState
 
 
@@ -49,7 +50,7 @@ class MavlinkVehicle:
         """Replace the vehicle's fence; see the port."""
         await self._setup.upload_fence(fence, deadline_s)
 
-    async def set_return_height(self, height_above_home_m: float, deadline_s: float) -> None:
+    async def set_return_height(self, height_above_home_m: AboveHomeM, deadline_s: float) -> None:
         """Set the height of the vehicle's own return; see the port."""
         await self._setup.set_return_height(height_above_home_m, deadline_s)
 

@@ -16,6 +16,7 @@ from aos_drivers.vehicle.parameters.transfer import ParameterRead, ParameterWrit
 from aos_drivers.vehicle.record import VehicleRecord
 from aos_drivers.vehicle.waiting import CLOCK_RESOLUTION_S, Changes
 from aos_gcs.errors import CommandRefusedError, CommandTimeoutError
+from aos_gcs.geometry.heights import AboveHomeM
 from aos_gcs.ports import Clock, Geofence, VehicleFacts
 
 _VERSION_S = 2.0
@@ -80,7 +81,7 @@ class SetupRunner:
                 f"vehicle {record.vehicle_id} stored a different geofence than the uploaded one: check its messages"
             )
 
-    async def set_return_height(self, height_above_home_m: float, deadline_s: float) -> None:
+    async def set_return_height(self, height_above_home_m: AboveHomeM, deadline_s: float) -> None:
         """See ``Vehicle.set_return_height``."""
         if not (math.isfinite(height_above_home_m) and height_above_home_m > 0.0):
             raise CommandRefusedError(

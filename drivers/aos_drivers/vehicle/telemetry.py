@@ -12,6 +12,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from aos_drivers.vehicle.confirmation import Confirmation, JumpFilter
 from aos_drivers.vehicle.frozen import FrozenPosition
 from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.geometry.heights import AboveHomeM, AmslM, amsl_above_home_m
 from aos_gcs.ports import FlightMode, LandedState
 
 _UNKNOWN_UINT16 = 0xFFFF
@@ -75,7 +76,7 @@ class Telemetry:
         self.altitude_test_ratio: float | None = None
         self.horizontal_test_ratio: float | None = None
         self.vibration_mps2: float | None = None
-        self.gps_altitude_amsl_m: float | None = None
+        self.gps_altitude_amsl_m: AmslM | None = None
         self.pressure_hpa: float | None = None
         self.firmware = ""
         """Version of the autopilot: "4.7.0 dev"; empty until it is reported."""
@@ -84,12 +85,12 @@ class Telemetry:
         self.target: PositionTarget | None = None
         self.text = ""
         self.text_at_s: float | None = None
-        self.relative_altitude_m: float | None = None
+        self.relative_altitude_m: AboveHomeM | None = None
         self._disarming, self._landing, self._jumps = Confirmation(), Confirmation(), JumpFilter()
         self._frozen = FrozenPosition()
 
     @property
-    def height_above_home_m(self) -> float | None:
+    def height_above_home_m(self) -> AboveHomeM | None:
         """Height above home; unknown before home is, because autopilots report a meaningless one until then."""
         return self.relative_altitude_m if self.home is not None else None
 
@@ -171,7 +172,7 @@ class Telemetry:
 
 
 @lru_cache(maxsize=1)  # the vehicle's telemetry and its track of poses read the same message, one after the other
-def position_from_e7(latitude_e7: int, longitude_e7: int, altitude_amsl_m: float) -> GeodeticPosition | None:
+def position_from_e7(latitude_e7: int, longitude_e7: int, altitude_amsl_m: AmslM) -> GeodeticPosition | None:
     """Return the position of MAVLink's integers (1e-7 degrees), or None for what means "unknown" or is none."""
     if (latitude_e7 == 0 and longitude_e7 == 0) or not math.isfinite(altitude_amsl_m):
         return None
@@ -192,13 +193,13 @@ def _take_global_position(
     if is_recent and message.time_boot_ms < telemetry.position_boot_ms:
         return  # overtaken by a newer one
     velocity_enu_mps = message.vy / 100, message.vx / 100, -message.vz / 100
-    position = position_from_e7(message.lat, message.lon, message.alt / 1000)
+    position = position_from_e7(message.lat, message.lon, AmslM(message.alt / 1000))
     if not telemetry.take_position(position, now_s, velocity_enu_mps, message.time_boot_ms):
         return
     telemetry.position_boot_ms = message.time_boot_ms
     if message.hdg != _UNKNOWN_UINT16:
         telemetry.heading_rad = math.radians(message.hdg / 100 % 360.0)
-    telemetry.relative_altitude_m = message.relative_alt / 1000
+    telemetry.relative_altitude_m = AboveHomeM(message.relative_alt / 1000)
     telemetry.velocity_enu_mps = velocity_enu_mps
 
 
@@ -238,7 +239,7 @@ def _take_gps(telemetry: Telemetry, message: mavlink.MAVLink_gps_raw_int_message
     has_accuracy = message.h_acc > 0 and message.v_acc > 0
     telemetry.receiver_accuracy_m = (message.h_acc / 1000, message.v_acc / 1000) if has_accuracy else None
     is_fixed = message.fix_type >= mavlink.GPS_FIX_TYPE_3D_FIX
-    telemetry.gps_altitude_amsl_m = message.alt / 1000 if is_fixed else None
+    telemetry.gps_altitude_amsl_m = AmslM(message.alt / 1000) if is_fixed else None
 
 
 def _take_pressure(telemetry: Telemetry, message: mavlink.MAVLink_scaled_pressure_message, _now_s: float) -> None:
@@ -255,7 +256,8 @@ def _take_version(telemetry: Telemetry, message: mavlink.MAVLink_autopilot_versi
 
 
 def _take_home(telemetry: Telemetry, message: mavlink.MAVLink_home_position_message, _now_s: float) -> None:
-    telemetry.home = position_from_e7(message.latitude, message.longitude, message.altitude / 1000) or telemetry.home
+    home = position_from_e7(message.latitude, message.longitude, AmslM(message.altitude / 1000))
+    telemetry.home = home or telemetry.home
 
 
 def _take_extended_state(
@@ -288,11 +290,11 @@ def _largest(*ratios: float) -> float | None:
 def _take_target(
     telemetry: Telemetry, message: mavlink.MAVLink_position_target_global_int_message, now_s: float
 ) -> None:
-    altitude_m = message.alt
+    altitude_m = AmslM(message.alt)
     if message.coordinate_frame in _RELATIVE_FRAMES:
         if telemetry.home is None:
             return
-        altitude_m += telemetry.home.altitude_amsl_m
+        altitude_m = amsl_above_home_m(telemetry.home.altitude_amsl_m, AboveHomeM(message.alt))
     position = position_from_e7(message.lat_int, message.lon_int, altitude_m)
     if position is not None and not has_no_position(message):
         telemetry.target = PositionTarget(position, now_s)

@@ -8,6 +8,7 @@ from collections import deque
 from dataclasses import dataclass
 
 from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.geometry.heights import AmslM
 
 MAX_GAP_S = 1.0
 """Poses farther apart than this say nothing about the time between them."""
@@ -73,7 +74,7 @@ def _between(before: TimedPose, after: TimedPose, share: float, moment_s: float)
         position=GeodeticPosition(
             start.latitude_deg + share * (end.latitude_deg - start.latitude_deg),
             start.longitude_deg + share * (end.longitude_deg - start.longitude_deg),
-            start.altitude_amsl_m + share * (end.altitude_amsl_m - start.altitude_amsl_m),
+            AmslM(start.altitude_amsl_m + share * (end.altitude_amsl_m - start.altitude_amsl_m)),
         ),
         heading_rad=(before.heading_rad + share * turn_rad) % (2 * math.pi),
     )

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.geometry.heights import SEA_LEVEL, AboveHomeM, AmslM, above_home_m, home_below_m
 from aos_sim.attached.pose_track import PoseTrack, TimedPose
 from aos_sim.camera.component import CameraView
 
@@ -41,7 +42,7 @@ class PoseTelemetry:
     true: PoseTrack = field(default_factory=PoseTrack)
     tells_truth: bool = False
     """Whether the vehicle has ever told its true pose; from then on, its belief is not taken for it."""
-    _home_altitude_amsl_m: float = 0.0
+    _home_altitude_amsl_m: AmslM = SEA_LEVEL
     _velocity_enu_mps: tuple[float, float, float] = (0.0, 0.0, 0.0)
     _boot_s: float = -math.inf
     """The vehicle's time in its latest message that tells one, ..."""
@@ -74,7 +75,7 @@ class PoseTelemetry:
         true = self.true.at(moment_s) if self.tells_truth else believed
         if believed is None or true is None:
             return None
-        height_m = believed.position.altitude_amsl_m - self._home_altitude_amsl_m
+        height_m = above_home_m(believed.position.altitude_amsl_m, self._home_altitude_amsl_m)
         return VehiclePose(true, CameraView(believed.position, height_m, believed.heading_rad), self._velocity_enu_mps)
 
     def _hear_belief(self, message: mavlink.MAVLink_message, now_s: float) -> None:
@@ -87,7 +88,7 @@ class PoseTelemetry:
         place = _place(message.lat, message.lon, message.alt / 1e3)
         if place is not None and message.hdg != _UNKNOWN_HEADING:
             self.believed.add(TimedPose(boot_s, place, math.radians(message.hdg / 100)))
-            self._home_altitude_amsl_m = (message.alt - message.relative_alt) / 1e3
+            self._home_altitude_amsl_m = home_below_m(AmslM(message.alt / 1e3), AboveHomeM(message.relative_alt / 1e3))
 
     def _add_truth(self, place: GeodeticPosition | None, yaw_rad: float, now_s: float) -> None:
         moment_s = self.vehicle_time_s(now_s)
@@ -96,7 +97,7 @@ class PoseTelemetry:
             self.true.add(TimedPose(moment_s, place, yaw_rad % (2 * math.pi)))
 
 
-def _place(latitude_e7: int, longitude_e7: int, altitude_amsl_m: float) -> GeodeticPosition | None:
+def _place(latitude_e7: int, longitude_e7: int, altitude_amsl_m: AmslM) -> GeodeticPosition | None:
     """Return a position; None for latitude and longitude 0, which stand for "unknown"."""
     if latitude_e7 == 0 and longitude_e7 == 0:
         return None

@@ -14,6 +14,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.geometry.heights import AboveHomeM
 from aos_gcs.geometry.poses import mavlink_quaternion_from_R_cam2enu, nadir_pose
 from aos_sim.clock import TICK_US, SimTime
 from aos_sim.vehicle.commands import CommandRequest
@@ -53,7 +54,7 @@ class CameraView:
     """Pose of the vehicle at an exposure, by its own estimate; the gimbal adds its attitude."""
 
     position: GeodeticPosition
-    relative_altitude_m: float
+    relative_altitude_m: AboveHomeM
     """Height above home."""
     heading_rad: float
 

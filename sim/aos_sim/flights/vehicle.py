@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.errors import CommandRefusedError, CommandTimeoutError
 from aos_gcs.geometry.geodesy import LocalFrame
+from aos_gcs.geometry.heights import AboveHomeM
 from aos_gcs.geometry.poses import nadir_pose
 from aos_gcs.ports import (
     Arm,
@@ -117,7 +118,7 @@ class FlownVehicle:
             ready_to_arm=True,
             position=kinematics.geodetic,
             position_at_s=at_s,
-            height_above_home_m=float(kinematics.position_enu_m[2] - pilot.home_enu_m[2]),
+            height_above_home_m=AboveHomeM(float(kinematics.position_enu_m[2] - pilot.home_enu_m[2])),
             velocity_enu_mps=kinematics.velocity_enu_mps,
             heading_rad=kinematics.heading_rad,
             home=self._home,
@@ -221,7 +222,7 @@ class FlownVehicle:
         """See ``aos_gcs.ports.Vehicle``; it is kept, not enforced."""
         self._fence = fence
 
-    async def set_return_height(self, height_above_home_m: float, deadline_s: float) -> None:  # noqa: ARG002
+    async def set_return_height(self, height_above_home_m: AboveHomeM, deadline_s: float) -> None:  # noqa: ARG002
         """See ``aos_gcs.ports.Vehicle``."""
         self._return_height_m = height_above_home_m
 

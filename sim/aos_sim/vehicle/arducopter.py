@@ -9,6 +9,7 @@ from typing import ClassVar
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from aos_gcs.geometry.heights import SEA_LEVEL, AboveHomeM, AmslM
 from aos_sim.vehicle.autopilot import SimulatedAutopilot
 from aos_sim.vehicle.commands import AMSL_FRAMES, RELATIVE_FRAMES, TERRAIN_FRAMES, CommandRequest
 from aos_sim.vehicle.configuration import VehicleIdentity
@@ -251,7 +252,7 @@ class ArduCopter(SimulatedAutopilot):
         if not allowed or height_m is None or height_m <= 0.0:
             return int(mavlink.MAV_RESULT_FAILED)
         self.flight.restore_speeds()
-        self.flight.take_off(height_m, self.kinematics, self.now.s)
+        self.flight.take_off(AboveHomeM(height_m), self.kinematics, self.now.s)
         return int(mavlink.MAV_RESULT_ACCEPTED)
 
     def reposition(self, request: CommandRequest) -> int:
@@ -312,16 +313,16 @@ class ArduCopter(SimulatedAutopilot):
         if not (follows and message.get_msgId() == mavlink.MAVLINK_MSG_ID_POSITION_TARGET_GLOBAL_INT):
             super().send(message)
 
-    def _altitude_amsl_m(self, request: CommandRequest, altitude_m: float) -> float | None:
+    def _altitude_amsl_m(self, request: CommandRequest, altitude_m: float) -> AmslM | None:
         if request.frame in AMSL_FRAMES:
-            return altitude_m
+            return AmslM(altitude_m)
         if request.frame in RELATIVE_FRAMES:
-            return self.identity.frame.origin.altitude_amsl_m + self.flight.home_enu_m[2] + altitude_m
+            return AmslM(self.identity.frame.origin.altitude_amsl_m + self.flight.home_enu_m[2] + altitude_m)
         if request.frame not in TERRAIN_FRAMES:
             return None
         around = Surroundings.of(self.identity, self.flight.home_enu_m, self.kinematics)
-        place = request.geodetic(altitude_m)
-        return around.ground_amsl_m(place.latitude_deg, place.longitude_deg) + altitude_m
+        place = request.geodetic(SEA_LEVEL)
+        return AmslM(around.ground_amsl_m(place.latitude_deg, place.longitude_deg) + altitude_m)
 
     def _on_request_data_stream(self, message: mavlink.MAVLink_message) -> None:
         for message_id, interval_us in requested_intervals_us(message):

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.geometry.heights import AmslM
 
 AMSL_FRAMES = (mavlink.MAV_FRAME_GLOBAL, mavlink.MAV_FRAME_GLOBAL_INT)
 RELATIVE_FRAMES = (mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT, mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT)
@@ -64,7 +65,7 @@ class CommandRequest:
         """Whether parameters 5 and 6 say "where you are": NaN, or the greatest integer in a COMMAND_INT."""
         return all(math.isnan(self.param(number)) or self.param(number) == KEEP_DEG for number in (5, 6))
 
-    def geodetic(self, altitude_amsl_m: float) -> GeodeticPosition:
+    def geodetic(self, altitude_amsl_m: AmslM) -> GeodeticPosition:
         """Return the place of parameters 5 and 6 at an altitude."""
         return GeodeticPosition(self.param(5), self.param(6), altitude_amsl_m)
 

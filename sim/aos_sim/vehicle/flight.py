@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from enum import Enum, auto
 from typing import TypeAlias
 
+from aos_gcs.geometry.heights import AboveHomeM
 from aos_sim.vehicle.kinematics import EnuPoint, Kinematics
 
 BRAKING_MPS2 = 2.5
@@ -157,7 +158,7 @@ class FlightController:
         self._hold_here(kinematics)
         self._enter(Manoeuvre.GROUNDED, now_s)
 
-    def take_off(self, height_above_home_m: float, kinematics: Kinematics, now_s: float) -> None:
+    def take_off(self, height_above_home_m: AboveHomeM, kinematics: Kinematics, now_s: float) -> None:
         """Climb straight up."""
         east_m, north_m, _ = kinematics.position_enu_m
         self._target_enu_m = (east_m, north_m, self.home_enu_m[2] + height_above_home_m)

@@ -9,6 +9,7 @@ from typing import ClassVar
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from aos_gcs.geometry.heights import AboveHomeM, AmslM
 from aos_sim.vehicle.autopilot import SECOND_US, SimulatedAutopilot
 from aos_sim.vehicle.commands import CommandRequest
 from aos_sim.vehicle.configuration import VehicleIdentity
@@ -254,7 +255,7 @@ class Px4(SimulatedAutopilot):
     def on_armed(self) -> None:
         """Begin a take-off that was asked for before arming."""
         if self._mode is Px4Mode.TAKEOFF:
-            self.flight.take_off(self.parameters["MIS_TAKEOFF_ALT"], self.kinematics, self.now.s)
+            self.flight.take_off(AboveHomeM(self.parameters["MIS_TAKEOFF_ALT"]), self.kinematics, self.now.s)
 
     def take_off(self, request: CommandRequest) -> int:
         """Climb to the altitude above sea level of parameter 7, or by MIS_TAKEOFF_ALT where that is NaN."""
@@ -266,7 +267,7 @@ class Px4(SimulatedAutopilot):
             ground_amsl_m = self.identity.frame.origin.altitude_amsl_m + self.flight.home_enu_m[2]
             least_m = self.parameters["MIS_TAKEOFF_ALT"]
             height_m = least_m if altitude_amsl_m is None else max(least_m, altitude_amsl_m - ground_amsl_m)
-            self.flight.take_off(height_m, self.kinematics, self.now.s)
+            self.flight.take_off(AboveHomeM(height_m), self.kinematics, self.now.s)
         return int(mavlink.MAV_RESULT_ACCEPTED)
 
     def reposition(self, request: CommandRequest) -> int:
@@ -284,9 +285,8 @@ class Px4(SimulatedAutopilot):
         self._user_took_over = self._user_took_over or changes_mode
         if request.keeps_place():
             return self._pause() if changes_mode else answer
-        altitude_amsl_m = request.finite_or_none(7)
-        if altitude_amsl_m is None:
-            altitude_amsl_m = self.kinematics.geodetic.altitude_amsl_m
+        altitude_m = request.finite_or_none(7)
+        altitude_amsl_m = self.kinematics.geodetic.altitude_amsl_m if altitude_m is None else AmslM(altitude_m)
         east_m, north_m, up_m = self.identity.frame.to_enu(request.geodetic(altitude_amsl_m))
         target_enu_m = (float(east_m), float(north_m), float(up_m))
         if self.fence().breach(target_enu_m, self.flight.home_enu_m):

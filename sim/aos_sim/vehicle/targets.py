@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.geometry.heights import AmslM
 from aos_sim.vehicle.commands import AMSL_FRAMES, RELATIVE_FRAMES, TERRAIN_FRAMES
 from aos_sim.vehicle.configuration import VehicleIdentity
 from aos_sim.vehicle.flight import FREE, Axes, Motion
@@ -179,5 +180,5 @@ def _global_place(request: TargetRequest, around: Surroundings) -> EnuPoint:
         altitude_m += around.ground_amsl_m(latitude_deg, longitude_deg)
     elif request.frame not in AMSL_FRAMES:
         raise UnsupportedTargetError
-    east_m, north_m, up_m = around.frame.to_enu(GeodeticPosition(latitude_deg, longitude_deg, altitude_m))
+    east_m, north_m, up_m = around.frame.to_enu(GeodeticPosition(latitude_deg, longitude_deg, AmslM(altitude_m)))
     return float(east_m), float(north_m), float(up_m)

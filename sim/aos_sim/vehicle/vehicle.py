@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from aos_gcs.geometry.heights import AboveHomeM
 from aos_sim.camera.component import CameraComponent, CameraView
 from aos_sim.camera.shutter import ShutterCamera
 from aos_sim.clock import SimTime
@@ -46,7 +47,7 @@ class SimulatedVehicle:
     def view(self) -> CameraView:
         """Return where a camera of this vehicle is now."""
         kinematics = self.autopilot.kinematics
-        height_m = kinematics.position_enu_m[2] - self.autopilot.flight.home_enu_m[2]
+        height_m = AboveHomeM(kinematics.position_enu_m[2] - self.autopilot.flight.home_enu_m[2])
         return CameraView(kinematics.geodetic, height_m, kinematics.heading_rad)
 
     def drain(self) -> bytes:

@@ -9,6 +9,7 @@ from aos_drivers.frames.errors import FrameRefusedError
 from aos_drivers.frames.files.images import Image, decode_image
 from aos_gcs.errors import CaptureError, InputDataError
 from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.geometry.heights import amsl_above_home_m
 from aos_gcs.geotags.photo import Geotag, read_geotag
 
 
@@ -45,7 +46,7 @@ def position_of(tag: Geotag, home: GeodeticPosition | None) -> GeodeticPosition:
         CaptureError: it has no altitude, or only the one above takeoff while home is unknown.
     """
     if home is not None and tag.relative_altitude_m is not None:
-        altitude_amsl_m = home.altitude_amsl_m + tag.relative_altitude_m
+        altitude_amsl_m = amsl_above_home_m(home.altitude_amsl_m, tag.relative_altitude_m)
     elif tag.altitude_amsl_m is not None:
         altitude_amsl_m = tag.altitude_amsl_m
     else:

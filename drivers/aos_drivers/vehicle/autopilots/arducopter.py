@@ -25,6 +25,7 @@ from aos_drivers.vehicle.autopilots.goto import GotoEvidence
 from aos_drivers.vehicle.telemetry import Telemetry
 from aos_drivers.vehicle.transaction import CommandMessage
 from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.geometry.heights import AboveHomeM
 from aos_gcs.ports import Arm, Command, FlightMode, Goto, Hold, Land, ReturnToLaunch, Takeoff
 
 _MODES: dict[int, FlightMode] = {
@@ -105,7 +106,7 @@ class ArduCopterDialect(MulticopterDialect):
         message = command_long(target, mavlink.MAV_CMD_DO_SET_MODE, flag, number)
         return Step(f"enter {name}", message, lambda state, _now_s: state.mode is mode, REPEAT_S)
 
-    def takeoff(self, height_above_home_m: float, target: Target, home: GeodeticPosition) -> CommandMessage:
+    def takeoff(self, height_above_home_m: AboveHomeM, target: Target, home: GeodeticPosition) -> CommandMessage:
         """See the base class. ArduCopter takes the height relative to home."""
         del home
         nan = math.nan

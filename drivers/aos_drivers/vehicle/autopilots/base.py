@@ -17,6 +17,7 @@ from aos_drivers.vehicle.telemetry import Telemetry
 from aos_drivers.vehicle.transaction import CommandMessage
 from aos_gcs.errors import CommandRefusedError
 from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.geometry.heights import AboveHomeM
 from aos_gcs.ports import (
     Arm,
     Command,
@@ -178,7 +179,7 @@ class MulticopterDialect(AutopilotDialect):
         return [Step("goto", reposition(command, target), evidence, REPEAT_S)]
 
     @abstractmethod
-    def takeoff(self, height_above_home_m: float, target: Target, home: GeodeticPosition) -> CommandMessage:
+    def takeoff(self, height_above_home_m: AboveHomeM, target: Target, home: GeodeticPosition) -> CommandMessage:
         """Return the command that climbs to a height above home."""
 
     def steps(self, command: Command, target: Target, telemetry: Telemetry, now_s: float) -> list[Step]:
@@ -201,7 +202,7 @@ class MulticopterDialect(AutopilotDialect):
     def _enter(self, mode: FlightMode, target: Target, telemetry: Telemetry) -> list[Step]:
         return [] if telemetry.mode is mode else [self.set_mode(mode, target)]
 
-    def _takeoff_steps(self, height_above_home_m: float, target: Target, telemetry: Telemetry) -> list[Step]:
+    def _takeoff_steps(self, height_above_home_m: AboveHomeM, target: Target, telemetry: Telemetry) -> list[Step]:
         if not math.isfinite(height_above_home_m) or height_above_home_m <= 0:
             raise CommandRefusedError(
                 f"a takeoff height of {height_above_home_m} m is impossible: choose one above home"

@@ -25,6 +25,7 @@ from aos_drivers.vehicle.autopilots.px4_setup import Px4Setup
 from aos_drivers.vehicle.telemetry import Telemetry
 from aos_drivers.vehicle.transaction import CommandMessage
 from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.geometry.heights import AboveHomeM
 from aos_gcs.ports import Arm, Command, FlightMode, Goto, Hold, Land, ReturnToLaunch, Takeoff
 
 _AUTO = 4
@@ -151,7 +152,7 @@ class Px4Dialect(MulticopterDialect):
 
         return Step("hold", message, is_done, _STOP_REPEAT_S)
 
-    def takeoff(self, height_above_home_m: float, target: Target, home: GeodeticPosition) -> CommandMessage:
+    def takeoff(self, height_above_home_m: AboveHomeM, target: Target, home: GeodeticPosition) -> CommandMessage:
         """See the base class. PX4 takes every altitude above mean sea level; NaN stands for "here"."""
         altitude_amsl_m = home.altitude_amsl_m + height_above_home_m
         nan = math.nan

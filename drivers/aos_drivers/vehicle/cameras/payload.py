@@ -17,6 +17,7 @@ from aos_drivers.frames.poses.track import Motion, PoseTrack
 from aos_drivers.frames.settings import CameraSettings
 from aos_drivers.vehicle.telemetry import position_from_e7
 from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.geometry.heights import AmslM
 from aos_gcs.geometry.rotations import R_from_yaw_pitch_roll
 
 
@@ -71,7 +72,7 @@ class PayloadRecord:
         """Update position and velocity of the vehicle."""
         boot_s = message.time_boot_ms / 1e3
         self.clock.hear_boot(boot_s, now_s)
-        position = position_from_e7(message.lat, message.lon, message.alt / 1000)
+        position = position_from_e7(message.lat, message.lon, AmslM(message.alt / 1000))
         if position is not None:
             velocity_enu_mps = (message.vy / 100, message.vx / 100, -message.vz / 100)
             self.track.add_motion(boot_s, Motion(position, velocity_enu_mps))
@@ -123,7 +124,7 @@ def _from_feedback(
         index=message.img_idx,
         is_success=True,
         time=clock.exposure_time(message.time_usec, boot_now_s),
-        position=position_from_e7(message.lat, message.lng, message.alt_msl),
+        position=position_from_e7(message.lat, message.lng, AmslM(message.alt_msl)),
         R_body2ned=R_body2ned,
     )
 
@@ -136,7 +137,7 @@ def _from_image_captured(
         index=message.image_index,
         is_success=message.capture_result == 1,
         time=clock.exposure_time(message.time_boot_ms * 1000, boot_now_s),
-        position=position_from_e7(message.lat, message.lon, message.alt / 1000),
+        position=position_from_e7(message.lat, message.lon, AmslM(message.alt / 1000)),
         R_body2ned=None,
     )
 
