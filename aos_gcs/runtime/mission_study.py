@@ -6,11 +6,13 @@ import math
 import tempfile
 import time
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
 from aos_gcs.airspace.polygon import as_polygon, signed_area_m2
 from aos_gcs.errors import ConfigurationError
+from aos_gcs.imaging.model import SurfaceKind
 from aos_gcs.imaging.persons.decision import CLAIMED
 from aos_gcs.lab.flights import Flight, FlightParameters, Place, build_flight
 from aos_gcs.lab.missions.model import HERE_M, MissionKey, MissionResult, MissionsSettings
@@ -55,6 +57,8 @@ def fly_mission(settings: MissionsSettings, key: MissionKey) -> MissionResult:
             follow=settings.follow_ground,
             search=search_settings(settings.search_mode),
         )
+        if settings.surface:
+            planned = replace(planned, imaging=replace(planned.imaging, surface=SurfaceKind(settings.surface)))
         mission = fly(flight, planned)
     if mission.snapshot.outcome is Outcome.FAILED and not mission.steps:
         raise ConfigurationError(f"Missions with --errors {key.errors} do not take off. {mission.snapshot.message}")

@@ -57,6 +57,15 @@ def test_layers_over_level_ground_have_nothing_to_follow() -> None:
         MissionsSettings(follow_ground=True)
 
 
+def test_focal_surfaces_are_told_apart_and_checked() -> None:
+    settings = MissionsSettings(terrain="slope:20", surface="level")
+    assert settings.name == "aos-apso, focal surface level"
+    with pytest.raises(ConfigurationError, match="--surface needs a --terrain"):
+        MissionsSettings(surface="level")
+    with pytest.raises(ConfigurationError, match="--surface must be terrain or level, got 'plane'"):
+        MissionsSettings(terrain="hills", surface="plane")
+
+
 def test_level_ground_is_written_nowhere(tmp_path: Path) -> None:
     flight, file = flight_over("flat"), tmp_path / "ground.tif"
     assert not flight.write_ground(file)

@@ -75,6 +75,14 @@ def missions(
     follow_ground: Annotated[
         bool, typer.Option("--follow-ground", help="Let the altitude layers follow the ground of --terrain.")
     ] = False,
+    surface: Annotated[
+        str,
+        typer.Option(
+            metavar="terrain|level",
+            help="Surface that the focal plane follows over the relief of --terrain.",
+            show_default="as missions do by default",
+        ),
+    ] = "",
     jobs: Annotated[int, typer.Option(help="Number of processes on this machine.")] = 1,
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Address of a Dask scheduler, such as tcp://10.0.0.1:8786.")
@@ -117,6 +125,7 @@ def missions(
         launch_spacing_m=launch_spacing,
         follow_ground=follow_ground,
         search_mode=search,
+        surface=surface,
     )
     # Before hours of work: a document that cannot be renewed, or a reference that does not fit, is refused at once.
     frame = None if document is None else missions_frame(document)

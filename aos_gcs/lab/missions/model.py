@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from itertools import product
 
 from aos_gcs.errors import ConfigurationError
+from aos_gcs.imaging.model import SurfaceKind
 from aos_gcs.lab.flights import LEVEL_GROUND
 from aos_gcs.lab.spacing import Spacing, spacing_for
 
@@ -40,14 +41,22 @@ class MissionsSettings:
     search_mode: str = ""
     """Flight along the legs, ``continuous`` or with ``stops``; empty: as missions do by default."""
 
+    surface: str = ""
+    """Surface that the focal plane follows over relief, ``terrain`` or ``level``; empty: as missions do by default."""
+
     @property
     def name(self) -> str:
-        """Strategy and search mode, for comparisons."""
-        return f"{self.strategy}, {self.search_mode}" if self.search_mode else self.strategy
+        """Strategy, search mode and focal surface, for comparisons."""
+        surface = f"focal surface {self.surface}" if self.surface else ""
+        return ", ".join(part for part in (self.strategy, self.search_mode, surface) if part)
 
     def __post_init__(self) -> None:
         if self.follow_ground and self.terrain == LEVEL_GROUND:
             raise ConfigurationError("--follow-ground needs a --terrain to follow.")
+        if self.surface and self.terrain == LEVEL_GROUND:
+            raise ConfigurationError("--surface needs a --terrain: over level ground there is one surface.")
+        if self.surface not in {"", *SurfaceKind}:
+            raise ConfigurationError(f"--surface must be terrain or level, got {self.surface!r}.")
         for name, low, high in (("vehicles", 1, 100), ("side_m", 20, 300), ("image_size_px", 64, 4096)):
             if not low <= getattr(self, name) <= high:
                 raise ConfigurationError(f"{name} must lie within {low} and {high}, but is {getattr(self, name):g}.")

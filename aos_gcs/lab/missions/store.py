@@ -43,16 +43,18 @@ def reference_missions(path: Path, settings: MissionsSettings) -> tuple[str, lis
     """Return the name and the missions of another study, with which one of these settings can be compared.
 
     Raises:
-        ConfigurationError: it holds no study, or one of other settings than strategy and search mode.
+        ConfigurationError: it holds no study, or one of other settings than these.
         InputDataError: a line is damaged.
     """
     try:
         reference = MissionsSettings(**json.loads((path / SETTINGS_FILE).read_text(encoding="utf-8")))
     except (OSError, ValueError, TypeError) as error:
         raise ConfigurationError(f"--reference {path} holds no study of missions ({error}).") from error
-    if replace(reference, strategy=settings.strategy, search_mode=settings.search_mode) != settings:
+    varied = {name: getattr(settings, name) for name in ("strategy", "search_mode", "surface")}
+    if replace(reference, **varied) != settings:
         raise ConfigurationError(
-            f"--reference {path} was flown with other settings ({reference}); only strategy and search mode may differ."
+            f"--reference {path} was flown with other settings ({reference}); only strategy, search mode and "
+            "surface may differ."
         )
     return reference.name, _results(path)
 
