@@ -68,6 +68,30 @@ def test_the_one_that_is_left_keeps_what_is_known_of_the_other(search: Search) -
     assert search.findings.at(person(2, 1.3), FindingStatus.NEW) == first
 
 
+def test_the_one_that_is_left_stands_where_the_better_known_does(search: Search) -> None:
+    drifted = replace(person(1, 0.0), position_enu_m=(1.0, 2.9, 0.0), sigma_m=3.0)
+    search.see(drifted, person(2, 0.0))
+    assert search.merged() == [None, 1]
+    first, second = search.findings.all()
+    assert first.position_enu_m == second.position_enu_m == (0.0, 5.0, 0.0)
+    assert first.sigma_m == 0.1
+    search.see(drifted, person(2, 0.1))
+    assert search.findings.all()[0].position_enu_m == (0.1, 5.0, 0.0)
+    assert search.persons() == [1]
+
+
+def test_an_older_place_does_not_hold_back_a_person_who_walks_on(search: Search) -> None:
+    def walking(east_m: float) -> TargetEstimate:
+        return replace(person(1, east_m), sigma_m=0.3)
+
+    search.see(walking(0.0), person(2, 0.0))
+    lost = replace(person(2, 0.0), seen_at_s=12.0)
+    for step in range(30):
+        search.findings.observe([replace(walking(0.05 * step), seen_at_s=12.5 + step), lost], 3 + step, 12.5 + step)
+        search.findings.merge([walking(0.05 * step), lost])
+    assert search.findings.all()[0].position_enu_m[0] == pytest.approx(0.05 * 29)
+
+
 def test_two_that_part_again_are_two(search: Search) -> None:
     search.see(person(1, 0.0), person(2, 1.2))
     (later,) = search.see(person(1, 0.0), person(2, 2.2))

@@ -17,6 +17,8 @@ SAME_BODY_M = 1.5
 """Distance within which two targets of one kind are one: pieces of a person who lies stretched out."""
 _CONFIDENCE = 2.0
 """Factor between the standard deviation of a distance and the error that is reckoned with."""
+_LATELY_S = 10.0
+"""Time between the sightings of one body in which it has hardly moved."""
 _APART = 1.25
 """Distance at which merged findings are two again, over that up to which they are one."""
 
@@ -78,16 +80,31 @@ def completed(earlier: Finding, later: Finding) -> Finding:
 
 
 def with_evidence(earlier: Finding, later: Finding) -> Finding:
-    """Return the earlier one of two merged findings with the evidence of the later one that it lacks."""
+    """Return the earlier one of two merged findings with the evidence of the later one that it lacks.
+
+    It stands where the better known of the two does: the track of the earlier one may have drifted away, as one does
+    that has taken something else for its body for a while.
+    """
     takes_kind = earlier.kind is FindingKind.UNDECIDED and later.kind is not FindingKind.UNDECIDED
+    placed = later if _is_better_placed(later, earlier) else earlier
     return replace(
         earlier,
+        position_enu_m=placed.position_enu_m,
+        sigma_m=placed.sigma_m,
+        ellipse=placed.ellipse,
         kind=later.kind if takes_kind else earlier.kind,
         person_confidence=later.person_confidence if takes_kind else earlier.person_confidence,
         reasons=later.reasons if takes_kind else earlier.reasons,
         seen_at_s=max(earlier.seen_at_s, later.seen_at_s),
         step=max(earlier.step, later.step),
     )
+
+
+def _is_better_placed(one: Finding, other: Finding) -> bool:
+    """Return whether a finding's place is known better than that of another, and is not much older."""
+    if one.sigma_m is None or one.seen_at_s < other.seen_at_s - _LATELY_S:
+        return False
+    return other.sigma_m is None or one.sigma_m < other.sigma_m
 
 
 def _is_same_kind(one: Finding | TargetEstimate, other: Finding | TargetEstimate) -> bool:
