@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from aos_gcs.errors import InputDataError
 from aos_gcs.extras import load_extra
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.geometry.heights import SEA_LEVEL
 from aos_gcs.height_rasters import check_file, gdal_reason
 from aos_gcs.prior.model import FloatArray
 
@@ -155,7 +156,7 @@ def _cell_m2(transform: Any, to_crs: Any, shape: tuple[int, ...]) -> float:
     row, column = shape[0] // 2, shape[1] // 2
     corners = [_mapped(transform, column + right, row + down) for right, down in ((0, 0), (1, 0), (1, 1), (0, 1))]
     degrees = [to_crs.transform(x, y, direction="INVERSE") for x, y in corners]
-    places = [GeodeticPosition(latitude_deg, longitude_deg, 0.0) for longitude_deg, latitude_deg in degrees]
+    places = [GeodeticPosition(latitude_deg, longitude_deg, SEA_LEVEL) for longitude_deg, latitude_deg in degrees]
     if not all(math.isfinite(one.latitude_deg) and math.isfinite(one.longitude_deg) for one in places):
         return math.nan
     frame = LocalFrame(places[0])

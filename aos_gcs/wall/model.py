@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Final, Self
 
+from aos_gcs.geometry.heights import AmslM
+
 PALETTE: Final = "inferno"
 """Colours of temperatures, from black to yellow."""
 MAX_TILES: Final = 24
@@ -83,7 +85,7 @@ class FrameFacts:
     kinds: tuple[TileKind, ...]
     latitude_deg: float
     longitude_deg: float
-    altitude_amsl_m: float
+    altitude_amsl_m: AmslM
     axis_enu: tuple[float, float, float]
     """Direction in which the camera looks, a unit vector."""
 
