@@ -92,6 +92,8 @@ def decode(hint: type[T], data: object) -> T:
 @functools.cache
 def _decoder(hint: Any) -> Decoder:  # noqa: PLR0911 (one return per type)
     """Return what reads a type. Made once: asking annotations for every value takes longer than reading them."""
+    if isinstance(hint, typing.NewType):
+        return _decoder(hint.__supertype__)
     origin = typing.get_origin(hint) or hint
     if origin in (typing.Union, types.UnionType):
         return _optional_decoder(hint)
