@@ -6,12 +6,14 @@ Photographs come from outside: XML is parsed by defusedxml.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Final
 from xml.etree.ElementTree import Element, ParseError
 
 from aos_gcs.errors import InputDataError
 from aos_gcs.extras import load_extra
 
+_MAX_DEPTH: Final = 64
+"""Deepest nesting of elements; packets of cameras have up to about ten."""
 _RDF = "{http://www.w3.org/1999/02/22-rdf-syntax-ns#}"
 
 
@@ -30,14 +32,23 @@ def parse_xmp(packet: bytes) -> dict[str, str]:
     except (ParseError, ValueError) as error:
         # What defusedxml forbids derives from ValueError.
         raise InputDataError(f"its XMP is not valid XML: {error}") from error
+    if _is_deep(root):
+        raise InputDataError("its XMP is nested too deeply")
     table: dict[str, str] = {}
-    try:
-        for description in root.iter(f"{_RDF}Description"):
-            for name, value in _properties(description):
-                table.setdefault(name, value)
-    except RecursionError as error:
-        raise InputDataError("its XMP is nested too deeply") from error
+    for description in root.iter(f"{_RDF}Description"):
+        for name, value in _properties(description):
+            table.setdefault(name, value)
     return table
+
+
+def _is_deep(root: Element) -> bool:
+    """Return whether elements are nested deeper than functions may call themselves, whatever Python's own limit is."""
+    level = [root]
+    for _ in range(_MAX_DEPTH):
+        level = [child for element in level for child in element]
+        if not level:
+            return False
+    return True
 
 
 def _properties(element: Element) -> list[tuple[str, str]]:
