@@ -92,7 +92,12 @@ class Coordinator:
         self._gallery = Gallery(journal, recorder, self._context.imaging, is_open=pictures)
         self._findings = Findings(() if following is None else following.findings)
         self._ground = GroundMapping(
-            ground, self._context.roster, journal, self._gallery, lambda: self.sortie.context.settings
+            ground,
+            self._context.roster,
+            journal,
+            self._gallery,
+            settings=lambda: self.sortie.context.settings,
+            ground=lambda: self.sortie.context.flight.ground,
         )
         self._mission_id = mission_id
         self._following = following

@@ -12,6 +12,7 @@ from aos_gcs.planning.estimate import estimate_flights, planned_leg_count, plann
 from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.planning.pod_proposal import SearchPattern, propose_pattern
 from aos_gcs.planning.settings import SearchMode
+from aos_gcs.planning.viewed_ground import LEVEL_GROUND, ViewedGround
 from aos_gcs.swarm.registry import make_strategy
 
 MIN_LAYERS_WITHOUT_RTK_M: Final = 3.0
@@ -35,17 +36,18 @@ class Proposal:
     reason: str
 
 
-def propose(plan: MissionPlan, plane_height_m: float) -> tuple[Proposal, ...]:
+def propose(plan: MissionPlan, plane_height_m: float, ground: ViewedGround = LEVEL_GROUND) -> tuple[Proposal, ...]:
     """Return better values for a plan without blocking problems; none where it is as proposed.
 
     Args:
         plan: as it is.
-        plane_height_m: height of the focal plane above the origin.
+        plane_height_m: height of the focal plane above the ground.
+        ground: ground of the area, below the layers.
 
     Raises:
         ConfigurationError: the plan cannot be flown.
     """
-    pattern = propose_pattern(plan, plane_height_m)
+    pattern = propose_pattern(plan, plane_height_m, ground)
     found = [_heading(plan, plane_height_m), *_aperture(plan, plane_height_m), _layers(plan)]
     found += [_search_speed(plan)] if pattern is None else _pattern(plan, pattern)
     return tuple(proposal for proposal in found if proposal is not None)

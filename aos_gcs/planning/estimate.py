@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
@@ -21,6 +21,7 @@ from aos_gcs.planning.expected_views import predicted_detection
 from aos_gcs.planning.legs import ScanLeg, leg_count, scan_legs
 from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.planning.settings import SearchMode
+from aos_gcs.planning.viewed_ground import LEVEL_GROUND, ViewedGround
 from aos_gcs.swarm.line import line_axis, line_places
 from aos_gcs.swarm.model import Observation
 from aos_gcs.swarm.registry import strategy_for
@@ -70,6 +71,8 @@ class PlanEstimate:
     detection: DetectionFigures | None
     """Mean probability of detection over the search area; None where the forest is not described, or views are not
     predicted, because the swarm stops for each frame."""
+    viewed: ViewedGround = field(default=LEVEL_GROUND, compare=False, repr=False)
+    """Ground on which the views were predicted."""
 
     @property
     def hectares_per_hour(self) -> float:

@@ -2,7 +2,8 @@
 
 The exposures of all vehicles are laid out along the legs, and their directions are counted at places of the search area
 as the map of searched ground counts them (:mod:`aos_gcs.groundmap.directions`). Frames are expected at the rate that is
-set, from cameras that look straight down and are turned with the leg; zones where nobody flies give none.
+set, from cameras that look straight down and are turned with the leg; zones where nobody flies give none. Over relief
+each place is seen from as far above as it lies below the layers, and not at all where the ground is not known.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.planning.proposal import altitude_layers
 from aos_gcs.planning.settings import ForestSettings, SearchMode
+from aos_gcs.planning.viewed_ground import LEVEL_GROUND, ViewedGround
 from aos_gcs.swarm.line import line_axis
 
 FloatArray = NDArray[np.float64]
@@ -44,7 +46,7 @@ class LineOfCameras:
     aside_m: FloatArray
     """Place of each vehicle along the line, from its middle, shape (n,)."""
     heights_m: FloatArray
-    """Height of each above the focal plane, shape (n,)."""
+    """Height of each above the focal plane, where the ground is level with the origin, shape (n,)."""
     half_view: float
     """Tangent of half the field of view."""
     interval_m: float
@@ -68,15 +70,20 @@ def forest_directions(forest: ForestSettings) -> ViewDirections:
 
 
 def predicted_detection(
-    plan: MissionPlan, legs: Sequence[ScanLeg], plane_height_m: float, places: int = PLACES
+    plan: MissionPlan,
+    legs: Sequence[ScanLeg],
+    plane_height_m: float,
+    places: int = PLACES,
+    ground: ViewedGround = LEVEL_GROUND,
 ) -> DetectionFigures | None:
     """Return the mean probability of detection over the search area that a plan's legs reach.
 
     Args:
         plan: to be flown.
         legs: its legs.
-        plane_height_m: height of the focal plane above the origin.
+        plane_height_m: height of the focal plane above the ground.
         places: number of places of the area's bounding box that are looked at.
+        ground: ground of the area, below the layers.
 
     Returns:
         None where the forest is not described, or the swarm stops for each frame.
@@ -85,7 +92,7 @@ def predicted_detection(
         return None
     places_m = spread_places(plan.area_enu_m, places)
     directions = forest_directions(plan.forest)
-    views = expected_views(places_m, legs, line_of(plan, plane_height_m), directions, plan.no_go_enu_m)
+    views = expected_views(places_m, legs, line_of(plan, plane_height_m), directions, plan.no_go_enu_m, ground=ground)
     shares = np.bincount(views, minlength=MAX_VIEWS + 1) / max(1, len(views))
     occlusion = plan.forest.occlusion
     return DetectionFigures(
@@ -112,23 +119,27 @@ def expected_views(
     line: LineOfCameras,
     directions: ViewDirections,
     no_go_enu_m: Sequence[Polygon] = (),
+    *,
+    ground: ViewedGround = LEVEL_GROUND,
 ) -> NDArray[np.int64]:
     """Return the number of independent views of each place after all legs, at most ``MAX_VIEWS``, shape (k,).
 
     Args:
-        places_enu_m: places on the focal plane, shape (k, 2).
+        places_enu_m: places on the ground, shape (k, 2).
         legs: legs that the line flies.
         line: the swarm's line.
         directions: squares of directions.
         no_go_enu_m: zones above which nothing is exposed.
+        ground: ground below the layers.
     """
     views = np.zeros(len(places_enu_m), dtype=np.int64)
     for first in range(0, len(places_enu_m), _CHUNK):
         chunk_m = places_enu_m[first : first + _CHUNK]
+        cells_at_m = np.column_stack((chunk_m, ground.ground.height_m(chunk_m)))
         seen = np.zeros((len(chunk_m), directions.side**2), dtype=np.bool_)
         for leg in legs:
-            for place, cameras_m in _exposures(chunk_m, leg, line, no_go_enu_m):
-                cells_m = np.column_stack((chunk_m[place], np.zeros(len(place))))
+            for place, cameras_m in _exposures(cells_at_m, leg, line, no_go_enu_m, ground):
+                cells_m = cells_at_m[place]
                 # Directions depend on differences alone.
                 squares, counted = directions.squares(np.zeros(3), cells_m - cameras_m)
                 seen[place[counted], squares[counted]] = True
@@ -137,16 +148,22 @@ def expected_views(
 
 
 def _exposures(
-    places_m: FloatArray, leg: ScanLeg, line: LineOfCameras, no_go_enu_m: Sequence[Polygon]
+    cells_m: FloatArray, leg: ScanLeg, line: LineOfCameras, no_go_enu_m: Sequence[Polygon], ground: ViewedGround
 ) -> Iterator[tuple[NDArray[np.int64], FloatArray]]:
-    """Yield per vehicle the places, shape (k,), that its exposures on a leg show, and the cameras', shape (k, 3)."""
+    """Yield per vehicle the cells, shape (k,), that its exposures on a leg show, and the cameras' places, shape (k, 3).
+
+    Cells that are not known, with NaN for their height, are in none.
+    """
     along, start_m = np.array(leg.direction_enu), np.array(leg.start_enu_m)
     across = line_axis(along)
-    along_m, across_m = (places_m - start_m) @ along, (places_m - start_m) @ across
+    along_m, across_m = (cells_m[:, :2] - start_m) @ along, (cells_m[:, :2] - start_m) @ across
+    # What cameras may see at most, from above the highest place of the layers; narrowed down below.
+    depths_m = ground.layers.highest_m - cells_m[:, 2]
     last = math.floor(leg.length_m / line.interval_m)
     for aside_m, height_m in zip(line.aside_m.tolist(), line.heights_m.tolist(), strict=True):
-        reach_m = height_m * line.half_view
-        (near,) = np.nonzero(np.abs(across_m - aside_m) <= reach_m)
+        reaches_m = (height_m + depths_m) * line.half_view
+        (near,) = np.nonzero(np.abs(across_m - aside_m) <= reaches_m)
+        reach_m = reaches_m[near]
         first_shown = np.ceil((along_m[near] - reach_m) / line.interval_m).clip(0.0).astype(np.int64)
         last_shown = np.floor((along_m[near] + reach_m) / line.interval_m).clip(max=last).astype(np.int64)
         counts = np.maximum(last_shown - first_shown + 1, 0)
@@ -155,6 +172,10 @@ def _exposures(
         cameras_m = np.full((len(place), 3), height_m)
         cameras_m[:, :2] = start_m + aside_m * across + (exposure * line.interval_m)[:, np.newaxis] * along
         flown = np.ones(len(place), dtype=np.bool_)
+        cameras_m[:, 2] += ground.layers.height_m(cameras_m[:, :2])
+        if not ground.layers.is_level:
+            away_m = np.maximum(np.abs(exposure * line.interval_m - along_m[place]), np.abs(across_m[place] - aside_m))
+            flown &= away_m <= (cameras_m[:, 2] - cells_m[place, 2]) * line.half_view
         for zone_enu_m in no_go_enu_m:
             flown &= ~_within(cameras_m[:, :2], zone_enu_m)
         yield place[flown], cameras_m[flown]

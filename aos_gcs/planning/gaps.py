@@ -24,6 +24,7 @@ from aos_gcs.planning.estimate import planned_legs
 from aos_gcs.planning.expected_views import expected_views, forest_directions, line_of
 from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.plan import MissionPlan
+from aos_gcs.planning.viewed_ground import LEVEL_GROUND, ViewedGround
 from aos_gcs.swarm.line import line_axis
 
 FloatArray = NDArray[np.float64]
@@ -37,6 +38,10 @@ _BIN_M: Final = 10.0
 _SHORTEST_BINS: Final = 2
 _LEAST_GAIN_PER_S: Final = 2e-6
 """Gain per second below which a stretch is not worth a flight: a ten thousandth in a minute."""
+_LEAST_HEIGHT_M: Final = 1.0
+"""Height above the ground that views are counted for at least."""
+_RISES: Final = 5
+"""Heights of the ground for which the views of a pass are counted; between them they are interpolated."""
 _MOST_LEGS: Final = 50
 
 
@@ -61,6 +66,7 @@ def legs_for_gaps(
     from_m: tuple[float, float],
     within_s: float,
     pod: float,
+    ground: ViewedGround = LEVEL_GROUND,
 ) -> GapLegs | None:
     """Return the legs that gain most; for a worker that has the map open.
 
@@ -68,10 +74,11 @@ def legs_for_gaps(
         source: map of the searched ground.
         area: search area.
         plan: plan of the mission; its vehicles are those that fly.
-        plane_height_m: height of the focal plane above the origin.
+        plane_height_m: height of the focal plane above the ground.
         from_m: place that the swarm comes from.
         within_s: time that the legs may take.
         pod: probability of detection at which no more are needed.
+        ground: ground of the area, below the layers.
 
     Returns:
         None where the forest is not described.
@@ -80,7 +87,7 @@ def legs_for_gaps(
         InputDataError: the map cannot be read.
     """
     raster = view_raster(opened_map(source).views, area.area_enu_m)
-    return find_gap_legs(raster, plan, plane_height_m, from_m=from_m, within_s=within_s, pod=pod)
+    return find_gap_legs(raster, plan, plane_height_m, from_m=from_m, within_s=within_s, pod=pod, ground=ground)
 
 
 def find_gap_legs(
@@ -91,6 +98,7 @@ def find_gap_legs(
     from_m: tuple[float, float],
     within_s: float,
     pod: float,
+    ground: ViewedGround = LEVEL_GROUND,
 ) -> GapLegs | None:
     """Return the legs that gain most for views that are known; arguments and result as of :func:`legs_for_gaps`."""
     if plan.forest is None or not plan.area_enu_m:
@@ -100,7 +108,7 @@ def find_gap_legs(
     if not len(places_m):
         return None
     strips = _strips(plan, plane_height_m, places_m)
-    added = _views_of_a_pass(plan, plane_height_m)
+    added = _views_of_passes(plan, plane_height_m, ground.rises_m(places_m))
     before = float(law[views].mean())
     legs: list[ScanLeg] = []
     here_m, takes_s, detection = from_m, 0.0, before
@@ -110,7 +118,7 @@ def find_gap_legs(
         best = max(found, key=lambda one: one.rate, default=None)
         if best is None or best.rate < _LEAST_GAIN_PER_S or takes_s + best.seconds > within_s:
             break
-        views[best.cells] = np.minimum(views[best.cells] + added, MAX_VIEWS)
+        views[best.cells] = np.minimum(views[best.cells] + added[best.cells], MAX_VIEWS)
         legs.append(best.leg)
         here_m, takes_s, detection = best.leg.end_enu_m, takes_s + best.seconds, float(law[views].mean())
     return GapLegs(tuple(legs), before, detection, takes_s)
@@ -197,6 +205,25 @@ def _strip_width_m(plan: MissionPlan, legs: Sequence[ScanLeg]) -> float:
         return plan.vehicles * plan.on_legs_m
     across = line_axis(np.array(legs[0].direction_enu))
     return abs(float((np.array(legs[1].start_enu_m) - np.array(legs[0].start_enu_m)) @ across))
+
+
+def _views_of_passes(plan: MissionPlan, plane_height_m: float, rises_m: FloatArray) -> NDArray[np.int64]:
+    """Return how many independent views places below the line get from one pass each, on average across it, shape (k,).
+
+    Args:
+        plan: plan of the mission.
+        plane_height_m: height of the focal plane above the ground.
+        rises_m: by how much each place is nearer to the layers than level ground would be; NaN where it is not known.
+    """
+    known = np.isfinite(rises_m)
+    if not known.any():
+        return np.zeros(len(rises_m), dtype=np.int64)
+    highest_m = plan.lowest_layer_m - plane_height_m - _LEAST_HEIGHT_M
+    low_m, high_m = np.minimum((rises_m[known].min(), rises_m[known].max()), highest_m)
+    levels_m = np.unique(np.linspace(low_m, high_m, _RISES))
+    views = [_views_of_a_pass(plan, plane_height_m + level_m) for level_m in levels_m.tolist()]
+    at_places = np.interp(np.where(known, rises_m, low_m), levels_m, views)
+    return np.where(known, np.rint(at_places), 0).astype(np.int64)
 
 
 def _views_of_a_pass(plan: MissionPlan, plane_height_m: float) -> int:

@@ -20,9 +20,10 @@ import numpy as np
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.imaging.aperture import footprint_m
 from aos_gcs.planning.estimate import estimate_flights, planned_legs
-from aos_gcs.planning.expected_views import predicted_detection
+from aos_gcs.planning.expected_views import PLACES, predicted_detection, spread_places
 from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.planning.settings import SearchMode
+from aos_gcs.planning.viewed_ground import LEVEL_GROUND, ViewedGround
 from aos_gcs.swarm.line import line_axis
 from aos_gcs.swarm.registry import make_strategy
 
@@ -38,6 +39,8 @@ _WORSE: Final = 3
 _MOST_LEGS: Final = 100
 _STEPS: Final = 7
 """Halvings of the range of speeds."""
+_LEAST_HEIGHT_M: Final = 1.0
+"""Height above the ground that widths of view are computed for at least."""
 _WIDEST_VIEW: Final = 0.95
 """Greatest spacing of vehicles, over the width that the lowest camera sees: beyond it strips are left out."""
 
@@ -65,12 +68,15 @@ class SearchPattern:
         )
 
 
-def propose_pattern(plan: MissionPlan, plane_height_m: float) -> SearchPattern | None:
+def propose_pattern(
+    plan: MissionPlan, plane_height_m: float, ground: ViewedGround = LEVEL_GROUND
+) -> SearchPattern | None:
     """Return the fastest search that reaches a plan's wanted probability of detection.
 
     Args:
         plan: plan that can be flown; the spacings and the search speed that it has make no difference.
-        plane_height_m: height of the focal plane above the origin.
+        plane_height_m: height of the focal plane above the ground.
+        ground: ground of the area, below the layers.
 
     Returns:
         None where no probability is wanted, the forest is not described, the swarm stops for each frame, or no pattern
@@ -83,7 +89,7 @@ def propose_pattern(plan: MissionPlan, plane_height_m: float) -> SearchPattern |
         return None
     best: SearchPattern | None = None
     worse = 0
-    for pattern in _patterns(plan, plane_height_m, plan.pod):
+    for pattern in _patterns(plan, plane_height_m, plan.pod, ground):
         if best is None or pattern.flight_s < best.flight_s:
             best, worse = pattern, 0
         else:
@@ -93,12 +99,13 @@ def propose_pattern(plan: MissionPlan, plane_height_m: float) -> SearchPattern |
     return best
 
 
-def _patterns(plan: MissionPlan, plane_height_m: float, pod: float) -> Iterator[SearchPattern]:
+def _patterns(plan: MissionPlan, plane_height_m: float, pod: float, ground: ViewedGround) -> Iterator[SearchPattern]:
     """Yield the pattern of each number of legs with which the wanted probability can be reached."""
     direction = np.array([math.sin(plan.scan_heading_rad), math.cos(plan.scan_heading_rad)])
     across_m = np.array(plan.area_enu_m) @ line_axis(direction)
     width_m = float(across_m.max() - across_m.min())
-    view_m = footprint_m(plan.lowest_layer_m - plane_height_m, plan.camera_fov_rad)
+    height_m = plan.lowest_layer_m - plane_height_m - _highest_rise_m(plan, ground)
+    view_m = footprint_m(max(_LEAST_HEIGHT_M, height_m), plan.camera_fov_rad)
     least_m = min(make_strategy(plan.strategy, plan.parameters).spacing_m, view_m)
     fastest_mps = min(FASTEST_MPS, plan.cruise_speed_mps)
     fewest = max(1, math.ceil(width_m / (plan.vehicles * _WIDEST_VIEW * view_m)))
@@ -109,18 +116,27 @@ def _patterns(plan: MissionPlan, plane_height_m: float, pod: float) -> Iterator[
         leg_m = math.ceil(10.0 * width_m / legs) / 10.0
         line_m = max(least_m, round(leg_m / plan.vehicles, 1))
         one = replace(plan, line_spacing_m=line_m, leg_spacing_m=leg_m, search_speed_mps=fastest_mps)
-        fitted = _at_greatest_speed(one, plane_height_m, min(pod + _MARGIN, 1.0), fastest_mps)
+        fitted = _at_greatest_speed(one, plane_height_m, min(pod + _MARGIN, 1.0), fastest_mps, ground)
         if fitted is not None:
             yield fitted
 
 
+def _highest_rise_m(plan: MissionPlan, ground: ViewedGround) -> float:
+    """Return by how much the place of the area that is nearest to the layers is nearer than level ground would be."""
+    if ground.is_level:
+        return 0.0
+    rises_m = ground.rises_m(spread_places(plan.area_enu_m, PLACES))
+    return float(rises_m[np.isfinite(rises_m)].max(initial=0.0))
+
+
 def _at_greatest_speed(
-    plan: MissionPlan, plane_height_m: float, pod: float, fastest_mps: float
+    plan: MissionPlan, plane_height_m: float, pod: float, fastest_mps: float, ground: ViewedGround
 ) -> SearchPattern | None:
     legs = planned_legs(plan, plane_height_m)
 
     def detection(speed_mps: float) -> float:
-        figures = predicted_detection(replace(plan, search_speed_mps=speed_mps), legs, plane_height_m, _PLACES)
+        flown = replace(plan, search_speed_mps=speed_mps)
+        figures = predicted_detection(flown, legs, plane_height_m, _PLACES, ground)
         return 0.0 if figures is None else figures.standing
 
     if detection(fastest_mps) >= pod:

@@ -14,12 +14,14 @@ from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.imaging.aperture import footprint_m
 from aos_gcs.planning.estimate import CLIMB_MPS, SINK_MPS, PlanEstimate, estimate_plan, launch_place
+from aos_gcs.planning.expected_views import predicted_detection
 from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.planning.profile import LegProfile, profiles_over
 from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.planning.sites import Homes
 from aos_gcs.planning.terrain_check import PlannedRelief, planned_relief
+from aos_gcs.planning.viewed_ground import viewed_ground
 from aos_gcs.swarm.line import line_axis
 
 FloatArray = NDArray[np.float64]
@@ -51,6 +53,9 @@ def estimate_over_ground(
         relief = planned_relief(plan, terrain, origin, homes_enu_m, level.legs, is_reported=settings.origin is None)
     except (ConfigurationError, InputDataError):
         return level  # the check of the plan names what is wrong with the elevation model
+    # Of a surface model, or with a level focal plane, the map of searched ground shows no ground either.
+    ground = relief.ground if settings.focus_follows_ground else None
+    viewed = viewed_ground(plan.area_enu_m, ground, relief.band.surface)
     profiles = profiles_over(plan, level.legs, relief)
     up_m, down_m = _climbs_m(plan, relief)
     rises_m = sum(float(np.maximum(np.diff(profile.surface_m), 0.0).sum()) for profile in profiles)
@@ -62,6 +67,8 @@ def estimate_over_ground(
         climb_m=up_m + rises_m,
         flight_s=flight_s,
         battery_fraction=flight_s / plan.endurance_s,
+        detection=predicted_detection(plan, level.legs, plane_height_m, ground=viewed),
+        viewed=viewed,
     )
 
 

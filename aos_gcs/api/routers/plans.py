@@ -149,7 +149,8 @@ def _report(
     found = examine_plan(plan, settings, homes_enu_m, origin)
     fence_enu_m = planned_boundaries(plan, homes_enu_m).fence_enu_m if found.legs else plan.fence_enu_m or ()
     picture = plan_convert.PlanPicture(_profile(plan, settings, homes_enu_m, origin, found.legs), fence_enu_m)
-    proposals = propose(plan, settings.imaging.plane_height_m) if found.estimate else ()
+    estimate = found.estimate
+    proposals = () if estimate is None else propose(plan, settings.imaging.plane_height_m, estimate.viewed)
     return plan_convert.report(plan, found.problems, proposals, found.estimate, picture=picture, origin=origin)
 
 

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
+from aos_gcs.airspace.terrain import GroundRaster
 from aos_gcs.errors import AosError
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.groundmap.directions import USUAL_STEP, direction_step
@@ -28,6 +29,7 @@ from aos_gcs.mission.search.gallery import Gallery
 from aos_gcs.planning.gaps import GapLegs, legs_for_gaps
 from aos_gcs.planning.plan import MissionPlan, plan_of
 from aos_gcs.planning.settings import MissionSettings
+from aos_gcs.planning.viewed_ground import viewed_ground
 from aos_gcs.ports import Severity, Worker
 
 _log = logging.getLogger(__name__)
@@ -68,6 +70,7 @@ class GroundMapping:
         journal: tells operators what is missing.
         gallery: publishes the pictures.
         settings: returns the settings that the mission flies by.
+        ground: returns the ground of the elevation model, as the vehicles see it; None: it counts as level.
     """
 
     def __init__(
@@ -76,13 +79,16 @@ class GroundMapping:
         roster: Roster,
         journal: Journal,
         gallery: Gallery,
+        *,
         settings: Callable[[], MissionSettings],
+        ground: Callable[[], GroundRaster | None],
     ) -> None:
         self._place = place
         self._roster = roster
         self._journal = journal
         self._gallery = gallery
         self._settings = settings
+        self._ground = ground
         self._waiting: deque[tuple[int, Frame, FocalSurface]] = deque()
         self._is_offered = asyncio.Event()
         self._is_added = asyncio.Event()
@@ -133,10 +139,18 @@ class GroundMapping:
         if self._place is None or self._known is None:
             return None
         pod = 1.0 if plan.pod is None else plan.pod
-        height_m = self._settings().imaging.plane_height_m
+        settings = self._settings()
+        ground = self._ground() if settings.focus_follows_ground else None
         try:
             return await self._place.worker.run(
-                legs_for_gaps, *self._known, plan, height_m, from_m=from_m, within_s=within_s, pod=pod
+                legs_for_gaps,
+                *self._known,
+                plan,
+                settings.imaging.plane_height_m,
+                from_m=from_m,
+                within_s=within_s,
+                pod=pod,
+                ground=viewed_ground(plan.area_enu_m, ground, self._roster.layers.surface),
             )
         except Exception as error:  # whatever it is: a defect of the map must not end the flight
             if not isinstance(error, AosError):
