@@ -7,6 +7,11 @@ export default defineConfig({
     emptyOutDir: true,
     target: "es2022",
     chunkSizeWarningLimit: 1300,
+    rollupOptions: {
+      input: { index: "index.html", "service-worker": "src/offline/service_worker.ts" },
+      // A service worker serves what lies below its own path, under a name that stays.
+      output: { entryFileNames: ({ name }) => (name === "service-worker" ? "[name].js" : "assets/[name]-[hash].js") },
+    },
   },
   server: {
     proxy: { "/api": { target: "http://127.0.0.1:8080", ws: true } },

@@ -187,9 +187,11 @@ async def page(tab: Page, page_record: PageRecord) -> AsyncIterator[Page]:
 
 
 @asynccontextmanager
-async def new_page(browser: Browser) -> AsyncIterator[Page]:
-    """Open a page of its own, for as long as the context is entered."""
-    context = await browser.new_context(viewport=VIEWPORT_PX, reduced_motion="reduce")
+async def new_page(browser: Browser, *, is_kept: bool = False) -> AsyncIterator[Page]:
+    """Open a page of its own, for as long as the context is entered; its browser keeps its files only if asked to."""
+    context = await browser.new_context(
+        viewport=VIEWPORT_PX, reduced_motion="reduce", service_workers="allow" if is_kept else "block"
+    )
     page = await context.new_page()
     page.set_default_timeout(TIMEOUT_MS)
     yield page

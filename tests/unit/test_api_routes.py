@@ -205,6 +205,8 @@ async def test_page_is_revalidated_and_its_hashed_files_are_kept(mission: Script
     (tmp_path / "assets").mkdir()
     (tmp_path / "index.html").write_text("<p>page</p>")
     (tmp_path / "icon.svg").write_text("<svg/>")
+    (tmp_path / "service-worker.js").write_text("1")
+    (tmp_path / "manifest.webmanifest").write_text("{}")
     (tmp_path / "assets" / "index-1a2b.js").write_text("1")
     transport = httpx.ASGITransport(app_of(mission, tmp_path))
     async with OperatorClient(transport=transport, base_url=BASE_URL) as client:
@@ -212,6 +214,9 @@ async def test_page_is_revalidated_and_its_hashed_files_are_kept(mission: Script
         assert page.headers["cache-control"] == "no-cache"
         assert "frame-ancestors 'none'" in page.headers["content-security-policy"]
         assert (await client.get("/icon.svg")).headers["cache-control"] == "no-cache"
+        assert (await client.get("/service-worker.js")).headers["cache-control"] == "no-cache"
+        manifest = await client.get("/manifest.webmanifest")
+        assert manifest.headers["content-type"].startswith("application/manifest+json")
         assert "immutable" in (await client.get("/assets/index-1a2b.js")).headers["cache-control"]
         assert (await client.get("/../secret")).status_code == 404
 

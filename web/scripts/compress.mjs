@@ -6,7 +6,7 @@ import { fileURLToPath } from "node:url";
 import { brotliCompressSync, constants, gzipSync } from "node:zlib";
 
 const folder = fileURLToPath(new URL("../../aos_gcs/api/static", import.meta.url));
-const COMPRESSIBLE = /\.(js|css|html|svg)$/;
+const COMPRESSIBLE = /\.(js|css|html|svg|webmanifest)$/;
 const FORMS = {
   ".gz": (content) => gzipSync(content, { level: 9 }),
   ".br": (content) =>

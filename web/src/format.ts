@@ -47,12 +47,18 @@ export const bearing = (degrees: number): string => `${String(Math.round(degrees
 export const dateAndTime = (utc_s: number): string =>
   `${new Date(1000 * utc_s).toLocaleDateString("sv")} ${timeOfDay(utc_s)}`;
 
-/** Age: short ones with a decimal, long ones in minutes. */
+/** Age: short ones with a decimal, long ones in minutes, hours or days. */
 export function age(seconds: number | null): string {
   if (seconds === null) return UNKNOWN;
   if (seconds < 10) return quantity(seconds, 1, "s");
-  return seconds < 120 ? quantity(seconds, 0, "s") : quantity(seconds / 60, 0, "min");
+  if (seconds < 120) return quantity(seconds, 0, "s");
+  const [unit, length_s] = AGE_UNITS.find(([, , until_s]) => seconds < until_s) ?? LONGEST_AGE_UNIT;
+  return quantity(seconds / length_s, 0, unit);
 }
+
+/** Units of long ages, their lengths in seconds, and up to which age they are used. */
+const LONGEST_AGE_UNIT = ["d", 86_400, Infinity] as const;
+const AGE_UNITS = [["min", 60, 7200], ["h", 3600, 172_800], LONGEST_AGE_UNIT] as const;
 
 /** MAVLink's GPS_FIX_TYPE. */
 export function gpsFix(fix: number | null): string {

@@ -21,7 +21,10 @@ test("numbers have a true minus and no negative zero", () => {
 
 test("durations and ages", () => {
   expect([0, 61.9, 3725].map(duration)).toEqual(["00:00", "01:01", "1:02:05"]);
-  expect([0.24, 59.6, 300].map(age)).toEqual(["0.2\u202fs", "60\u202fs", "5\u202fmin"]);
+  expect([0.24, 59.6, 300, 7300, 200_000].map(age)).toEqual(
+    ["0.2", "60", "5", "2", "2"].map((n, i) => `${n}\u202f${["s", "s", "min", "h", "d"][i]}`),
+  );
+  expect(age(Infinity)).toBe("–");
 });
 
 test("places", () => {

@@ -2,6 +2,7 @@
 import { useEffect, useState } from "preact/hooks";
 import type { HoldStream } from "../api/hold";
 import { storedNotation, storeNotation } from "../coordinates";
+import { useOffline } from "../offline/use_offline";
 import { ReplayBar } from "../replay/bar";
 import { isSilent } from "../state/freshness";
 import { may } from "../state/roles";
@@ -34,6 +35,7 @@ import { storedVoice, storeVoice } from "./voice";
 export function App({ store, stream }: { store: Store; stream: HoldStream }) {
   const state = useStoreState(store);
   const access = useSession(state.connection, () => stream.renew());
+  const hasOtherPage = useOffline(store, state, access.session);
   const route = useRoute(state.capabilities.survey);
   const [theme, setTheme] = useTheme();
   const [voice, setVoice] = useState(storedVoice);
@@ -113,6 +115,9 @@ export function App({ store, stream }: { store: Store; stream: HoldStream }) {
               isSurvey={isSurvey}
               connection={connection}
               silence_s={isMissionSilent ? snapshotAge_s : null}
+              keptAtMs={state.keptAtMs}
+              snapshotAge_s={snapshotAge_s}
+              hasOtherPage={hasOtherPage}
               missedNotices={state.missedNotices}
               missionId={mission?.mission_id ?? null}
               formerMissionId={mission?.replay ? null : state.formerMissionId}

@@ -5,7 +5,7 @@
  */
 import { useState } from "preact/hooks";
 import type { Connection } from "../api/socket";
-import { age } from "../format";
+import { age, dateAndTime } from "../format";
 import { texts } from "../texts";
 
 interface Props {
@@ -14,6 +14,12 @@ interface Props {
   isSurvey: boolean;
   /** Seconds since the last update of a mission that does not respond; null if it responds. */
   silence_s: number | null;
+  /** Clock time at which a state of an earlier visit was valid; null for one of the station. */
+  keptAtMs: number | null;
+  /** Seconds since the shown state was valid. */
+  snapshotAge_s: number;
+  /** Whether the station has another page than this one. */
+  hasOtherPage: boolean;
   missedNotices: number;
   /** Null before the station has sent it. */
   missionId: string | null;
@@ -25,12 +31,13 @@ interface Props {
 }
 
 export function Banners(props: Props) {
-  const { connection, isSurvey, silence_s, missedNotices, missionId, formerMissionId, isSignInExpired, onSignIn } =
-    props;
+  const { connection, isSurvey, silence_s, keptAtMs, snapshotAge_s, hasOtherPage, missedNotices } = props;
+  const { missionId, formerMissionId, isSignInExpired, onSignIn } = props;
   const lost = isSurvey ? texts.connection.lostSurveyBanner : texts.connection.lostBanner;
   return (
     <>
-      {(connection === "lost" || connection === "incompatible") && (
+      {connection !== "open" && keptAtMs !== null && <Kept keptAtMs={keptAtMs} age_s={snapshotAge_s} />}
+      {((connection === "lost" && keptAtMs === null) || connection === "incompatible") && (
         <p class="banner" role="alert" data-testid="banner">
           {connection === "lost" ? lost : texts.connection.incompatibleBanner}
         </p>
@@ -44,6 +51,14 @@ export function Banners(props: Props) {
           {texts.connection.silentFor(age(silence_s))}
         </p>
       )}
+      {connection === "open" && hasOtherPage && (
+        <div class="banner" data-testid="other-page">
+          <span role="alert">{texts.offline.otherPage}</span>{" "}
+          <button type="button" data-testid="reload" onClick={() => location.reload()}>
+            {texts.offline.reload}
+          </button>
+        </div>
+      )}
       {connection === "open" && isSignInExpired && (
         <div class="banner" data-testid="signed-out">
           <span role="alert">{texts.signIn.expired}</span>{" "}
@@ -55,6 +70,18 @@ export function Banners(props: Props) {
       {missionId !== null && formerMissionId !== null && <AnotherMission id={missionId} formerId={formerMissionId} />}
       <Missed count={missedNotices} />
     </>
+  );
+}
+
+/** Banner of a page that was opened without the station: what it shows is over, and it says since when. */
+function Kept({ keptAtMs, age_s }: { keptAtMs: number; age_s: number }) {
+  const { offline } = texts;
+  return (
+    <p class="banner" data-testid="kept-banner">
+      <span role="alert">{offline.lastState(dateAndTime(keptAtMs / 1000))}</span>{" "}
+      <b data-testid="kept-age">{Number.isFinite(age_s) ? offline.age(age(age_s)) : offline.ageUnknown}</b>{" "}
+      {offline.noCommands}
+    </p>
   );
 }
 

@@ -1,6 +1,7 @@
 /** Settings of this screen: theme, alert sounds, notation, units and language, and the list of keyboard shortcuts. */
 import { useState } from "preact/hooks";
 import { type Notation, NOTATIONS } from "../coordinates";
+import { lastState, offlinePageState } from "../offline/page";
 import { isStorageWorking } from "../storage";
 import { type Language, LANGUAGE_NAMES, LANGUAGES, texts } from "../texts";
 import { type Theme, THEMES } from "../theme";
@@ -85,6 +86,9 @@ export function Settings({ access, isSurvey, theme, onTheme, voice, onVoice, ...
           {settings.notStored}
         </p>
       )}
+      <p class={lastState.keeping === "failed" ? "is-warning" : "small"} data-testid="offline-state">
+        {lastState.keeping === "failed" ? texts.offline.notKept : texts.offline.page[offlinePageState()]}
+      </p>
       {!isLoaded && (
         <p class="is-bad" role="alert" data-testid="language-problem">
           {settings.notLoaded}

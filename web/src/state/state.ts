@@ -1,6 +1,7 @@
 /** State of the page: a pure reducer over the messages of the station. */
 import type { Connection, PageMessage } from "../api/socket";
 import type { Capabilities, Mission, Notice, Picture, PictureKind, Step } from "../api/types";
+import type { KeptState } from "../offline/last_state";
 import { noticesToKeep } from "./alerts";
 import { STALE_AFTER_S } from "./freshness";
 import { extendSamples, type Sample } from "./samples";
@@ -15,6 +16,11 @@ export interface State {
   readonly formerMissionId: string | null;
   /** Time of the last update of the mission, in milliseconds of the page's clock. */
   readonly missionAtMs: number;
+  /**
+   * Clock time at which the state was valid, in milliseconds since 1970, if it was kept by a page of an earlier visit; null
+   * for one that the station has sent to this page.
+   */
+  readonly keptAtMs: number | null;
   /** Functions that the station offers. */
   readonly capabilities: Capabilities;
   readonly steps: readonly Step[];
@@ -35,6 +41,7 @@ export const INITIAL_STATE: State = {
   mission: null,
   formerMissionId: null,
   missionAtMs: 0,
+  keptAtMs: null,
   capabilities: {
     planning: false,
     viewer: false,
@@ -61,6 +68,8 @@ const TRAIL_SPACING_M = 0.7;
 export function reduce(state: State, message: PageMessage, nowMs: number): State {
   switch (message.kind) {
     case "hello": {
+      // What was kept from an earlier visit says nothing about what this page has missed.
+      if (state.keptAtMs !== null) return reduce({ ...INITIAL_STATE, connection: state.connection }, message, nowMs);
       // While connected, a hello of a replay means that it has moved to another time.
       const isJump = state.connection === "open" && message.mission.replay !== null;
       const isSame = state.mission?.mission_id === message.mission.mission_id && !isJump;
@@ -71,6 +80,7 @@ export function reduce(state: State, message: PageMessage, nowMs: number): State
         mission: message.mission,
         formerMissionId: shownId === message.mission.mission_id ? state.formerMissionId : shownId,
         missionAtMs: signOfLifeMs(message, nowMs),
+        keptAtMs: null,
         capabilities: message.capabilities,
         steps: message.steps,
         notices: addNotices(known, message.notices, message.mission),
@@ -102,6 +112,18 @@ export function reduce(state: State, message: PageMessage, nowMs: number): State
       // Nothing has changed: the known state was valid at the last update of the mission.
       return { ...state, missionAtMs: signOfLifeMs(message, nowMs) };
   }
+}
+
+/** State of an earlier visit, as old as it is by the clock; a clock that was set back since does not tell. */
+export function restore(state: State, kept: KeptState, nowMs: number, clockMs: number): State {
+  const { mission, capabilities, steps, notices, validAtMs } = kept;
+  const age_ms = clockMs < validAtMs ? Infinity : clockMs - validAtMs;
+  return {
+    ...INITIAL_STATE,
+    ...{ connection: state.connection, mission, capabilities, steps, notices },
+    missionAtMs: nowMs - age_ms,
+    keptAtMs: validAtMs,
+  };
 }
 
 const signOfLifeMs = ({ mission_age_s }: { readonly mission_age_s: number }, nowMs: number): number =>

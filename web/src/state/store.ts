@@ -1,6 +1,7 @@
 /** Store of the state, which notifies its readers of changes at most a few times per second. */
 import type { Connection, PageMessage } from "../api/socket";
-import { INITIAL_STATE, reduce, type State } from "./state";
+import type { KeptState } from "../offline/last_state";
+import { INITIAL_STATE, reduce, restore, type State } from "./state";
 
 const NOTIFY_INTERVAL_MS = 150;
 
@@ -18,6 +19,19 @@ export class Store {
     this.current = reduce(this.current, message, performance.now());
     const dueAtMs = this.notifiedAtMs + NOTIFY_INTERVAL_MS;
     this.timer ??= setTimeout(() => this.notify(), Math.max(0, dueAtMs - performance.now()));
+  }
+
+  /** Show a state of an earlier visit, until the station sends the present one. */
+  restore(kept: KeptState): void {
+    this.current = restore(this.current, kept, performance.now(), Date.now());
+    this.notify();
+  }
+
+  /** Show nothing of an earlier visit any more. */
+  forgetRestored(): void {
+    if (this.current.keptAtMs === null) return;
+    this.current = { ...INITIAL_STATE, connection: this.current.connection };
+    this.notify();
   }
 
   setConnection(connection: Connection): void {

@@ -4,6 +4,7 @@ import type { ViewName } from "../shell/route";
 import { decide, handover, report } from "./decide";
 import { attention, fleet, heights, relay, target, vehicle } from "./fly";
 import { names } from "./names";
+import { offline } from "./offline";
 import { plan } from "./plan";
 import { focus, see } from "./see";
 import * as team from "./team";
@@ -40,6 +41,7 @@ export const english = {
   onGround: "Not available: the selected vehicles have landed",
   names,
   requests: {
+    noConnection: "Not available: no connection to the station. Use the remote control.",
     disconnected: "Not sent: no connection to the station. Use the remote control.",
     notSent: "Not confirmed: the station cannot be reached. Try again, or use the remote control.",
     unreadableAnswer: "The station's answer cannot be read. Check the modes of the vehicles.",
@@ -64,6 +66,7 @@ export const english = {
         ? "1 event was missed while this page was disconnected. See the mission record."
         : `${count} events were missed while this page was disconnected. See the mission record.`,
   },
+  offline,
   header: {
     phase: "Phase",
     elapsed: "Elapsed time",

@@ -8,6 +8,7 @@ import type { Catalogue, Texts } from "../../texts";
 import { decide, handover, report } from "./decide";
 import { attention, fleet, heights, relay, target, vehicle } from "./fly";
 import { names } from "./names";
+import { offline } from "./offline";
 import { plan } from "./plan";
 import { plural } from "./plural";
 import { focus, see } from "./see";
@@ -23,6 +24,7 @@ const texts: Texts = {
   onGround: "Nicht möglich: Die ausgewählten Drohnen sind gelandet",
   names,
   requests: {
+    noConnection: "Nicht möglich: keine Verbindung zur Bodenstation. Fernsteuerung benutzen.",
     disconnected: "Nicht gesendet: keine Verbindung zur Bodenstation. Fernsteuerung benutzen.",
     notSent: "Nicht bestätigt: Bodenstation nicht erreichbar. Erneut versuchen oder Fernsteuerung benutzen.",
     unreadableAnswer: "Die Antwort der Bodenstation ist nicht lesbar. Flugmodi der Drohnen prüfen.",
@@ -46,6 +48,7 @@ const texts: Texts = {
     missed: (count) =>
       `${plural(count, "Ereignis", "Ereignisse")} verpasst, während diese Seite getrennt war. Siehe Aufzeichnung der Mission.`,
   },
+  offline,
   header: {
     phase: "Phase",
     elapsed: "Flugzeit",

@@ -28,6 +28,8 @@ export function Controls() {
   const { mission } = state;
   const { ids } = selection;
   const areAllGrounded = mission !== null && areGrounded(mission, ids);
+  const phaseReason = areAllGrounded ? texts.onGround : texts.unavailable;
+  const reason = isConnected ? phaseReason : texts.requests.noConnection;
   const fleet = mission?.vehicles.length ?? 0;
   const scope =
     ids.size === 0
@@ -64,7 +66,7 @@ export function Controls() {
                 class={`action action-${action}`}
                 data-testid={`action-${action}`}
                 aria-label={label}
-                title={isEnabled ? label : areAllGrounded ? texts.onGround : texts.unavailable}
+                title={isEnabled ? label : reason}
                 disabled={!isEnabled}
                 onClick={() => commands.request(action)}
               >
