@@ -64,6 +64,15 @@ class ViewRaster:
         """North coordinate of the northern edge."""
         return -self.row * VIEW_CELL_M
 
+    def at(self, places_m: NDArray[np.float64]) -> NDArray[np.int64]:
+        """Return the views of places, shape (k, 2); none beyond the raster."""
+        columns = np.floor((places_m[:, 0] - self.west_m) / VIEW_CELL_M).astype(np.int64)
+        rows = np.floor((self.north_m - places_m[:, 1]) / VIEW_CELL_M).astype(np.int64)
+        height, width = self.views.shape
+        is_known = (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
+        found = self.views[rows.clip(0, height - 1), columns.clip(0, width - 1)]
+        return np.where(is_known, found, 0).astype(np.int64)
+
     def inside(self, area_enu_m: Polygon) -> NDArray[np.bool_]:
         """Return which cells have their centre in a polygon, shape (rows, columns)."""
         rows, columns = self.views.shape

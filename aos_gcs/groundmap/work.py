@@ -18,6 +18,7 @@ from aos_gcs.groundmap.shading import ground_pictures
 from aos_gcs.imaging.model import Frame
 from aos_gcs.imaging.pictures import RasterPicture
 from aos_gcs.imaging.views import FocalSurface
+from aos_gcs.prior.model import AreaPrior
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +39,8 @@ class SearchedArea:
     area_enu_m: Polygon
     occlusion: float | None
     """Share of the ground that one image does not see; None where the forest is not described."""
+    prior: AreaPrior | None = None
+    """Probability by place in the area; None: all places are as likely."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,11 +15,12 @@ from aos_gcs.errors import ConfigurationError, ParameterError
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.imaging.step.settings import MAX_RATE_HZ
 from aos_gcs.planning.advice import forest_aperture
-from aos_gcs.planning.estimate import PlanEstimate, planned_leg_count, planned_legs
+from aos_gcs.planning.estimate import PlanEstimate, launch_place, planned_leg_count, planned_legs
+from aos_gcs.planning.leg_order import chances_of, order_legs
 from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.plan import SPACING_PARAMETER, MissionPlan, PlanProblem, apply_plan
 from aos_gcs.planning.plan_warnings import plan_warnings
-from aos_gcs.planning.prior_check import check_prior
+from aos_gcs.planning.prior_check import check_prior, plan_prior
 from aos_gcs.planning.relief_estimate import estimate_over_ground
 from aos_gcs.planning.settings import (
     GREATEST_FLIGHT_SETTINGS,
@@ -113,7 +114,9 @@ def examine_plan(
     homes_enu_m, estimate = homes_enu_m or {}, None
     problems, legs = _problems(plan, settings, homes_enu_m, origin)
     if not _blocks(problems):
-        estimate = estimate_over_ground(plan, settings, origin, homes_enu_m)
+        chances = chances_of(plan, settings.imaging.plane_height_m, plan_prior(plan, settings, origin))
+        legs = order_legs(legs, plan, chances, launch_place(plan))
+        estimate = estimate_over_ground(plan, settings, origin, homes_enu_m, legs)
         problems += plan_warnings(plan, estimate)
     return PlanExamination(tuple(sorted(problems, key=lambda problem: not problem.blocking)), legs, estimate)
 

@@ -80,19 +80,20 @@ class PlanEstimate:
         return self.covered_fraction * self.area_m2 / _M2_PER_HECTARE / (self.flight_s / _S_PER_HOUR)
 
 
-def estimate_plan(plan: MissionPlan, plane_height_m: float) -> PlanEstimate:
+def estimate_plan(plan: MissionPlan, plane_height_m: float, legs: Sequence[ScanLeg] = ()) -> PlanEstimate:
     """Estimate a plan over level ground that :func:`aos_gcs.planning.check.check_plan` finds nothing wrong with.
 
     Args:
         plan: to be flown.
         plane_height_m: height of the focal plane above the origin.
+        legs: its legs in the order in which they are flown; none: to and fro.
 
     Raises:
         ConfigurationError: the plan cannot be flown.
     """
     raster = PlanRaster.around(plan.area_enu_m)
     inside, barred = raster.inside([plan.area_enu_m]), raster.inside(plan.no_go_enu_m)
-    legs = planned_legs(plan, plane_height_m)
+    legs = tuple(legs) or planned_legs(plan, plane_height_m)
     swath_m = _swath_m(plan, plane_height_m)
     swept = raster.inside([_swept(leg, swath_m) for leg in legs])
     (flight,) = estimate_flights(plan, [legs])

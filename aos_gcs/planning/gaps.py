@@ -1,15 +1,15 @@
-"""Legs for what a search has left: the stretches that gain most probability of detection per second.
+"""Legs for what a search has left: the stretches that gain most probability of success per second.
 
 Candidates are stretches of strips across the search area, along its legs and displaced by half a spacing of the
 vehicles, so that views come from new directions. The gain of a stretch is what its expected views add to the
-probability of detection of the places in it; the cost is the flight to it, the forming of the line and the flight along
-it. The best stretch is taken, its views count as made, and so on: greedily, as places that are well seen gain little.
+probability of detection of the places in it, weighted by the prior where there is one; the cost is the flight to it,
+the forming of the line and the flight along it. The best stretch is taken, its views count as made, and so on:
+greedily, as places that are well seen gain little.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -21,16 +21,15 @@ from aos_gcs.groundmap.figures import ViewRaster, view_raster
 from aos_gcs.groundmap.tile import MAX_VIEWS, VIEW_CELL_M
 from aos_gcs.groundmap.work import GroundSource, SearchedArea, opened_map
 from aos_gcs.planning.estimate import planned_legs
-from aos_gcs.planning.expected_views import expected_views, forest_directions, line_of
+from aos_gcs.planning.leg_order import FORMING_S, strip_width_m, views_of_a_pass
 from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.planning.viewed_ground import LEVEL_GROUND, ViewedGround
+from aos_gcs.prior.model import AreaPrior
 from aos_gcs.swarm.line import line_axis
 
 FloatArray = NDArray[np.float64]
 
-FORMING_S: Final = 15.0
-"""Time in which the line is formed, and the vehicles come to rest behind it."""
 _STRIDE: Final = 3
 """Every third cell of the map on each axis is looked at."""
 _BIN_M: Final = 10.0
@@ -72,7 +71,7 @@ def legs_for_gaps(
 
     Args:
         source: map of the searched ground.
-        area: search area.
+        area: search area, with its prior.
         plan: plan of the mission; its vehicles are those that fly.
         plane_height_m: height of the focal plane above the ground.
         from_m: place that the swarm comes from.
@@ -87,7 +86,9 @@ def legs_for_gaps(
         InputDataError: the map cannot be read.
     """
     raster = view_raster(opened_map(source).views, area.area_enu_m)
-    return find_gap_legs(raster, plan, plane_height_m, from_m=from_m, within_s=within_s, pod=pod, ground=ground)
+    return find_gap_legs(
+        raster, plan, plane_height_m, from_m=from_m, within_s=within_s, pod=pod, ground=ground, prior=area.prior
+    )
 
 
 def find_gap_legs(
@@ -99,8 +100,12 @@ def find_gap_legs(
     within_s: float,
     pod: float,
     ground: ViewedGround = LEVEL_GROUND,
+    prior: AreaPrior | None = None,
 ) -> GapLegs | None:
-    """Return the legs that gain most for views that are known; arguments and result as of :func:`legs_for_gaps`."""
+    """Return the legs that gain most for views that are known; arguments and result as of :func:`legs_for_gaps`.
+
+    ``prior`` says where the person is likely to be, which orders what is flown; None: everywhere alike.
+    """
     if plan.forest is None or not plan.area_enu_m:
         return None
     law = detection_by_views(plan.forest.occlusion, DETECTABILITY[Posture.STANDING])
@@ -110,10 +115,11 @@ def find_gap_legs(
     strips = _strips(plan, plane_height_m, places_m)
     added = _views_of_passes(plan, plane_height_m, ground.rises_m(places_m))
     before = float(law[views].mean())
+    weights = np.full(len(views), 1.0 / len(views)) if prior is None else prior.weights(places_m)
     legs: list[ScanLeg] = []
     here_m, takes_s, detection = from_m, 0.0, before
     while detection < pod and len(legs) < _MOST_LEGS:
-        gains = (law[np.minimum(views + added, MAX_VIEWS)] - law[views]) / len(views)
+        gains = (law[np.minimum(views + added, MAX_VIEWS)] - law[views]) * weights
         found = [one for strip in strips if (one := strip.best(gains, here_m, plan)) is not None]
         best = max(found, key=lambda one: one.rate, default=None)
         if best is None or best.rate < _LEAST_GAIN_PER_S or takes_s + best.seconds > within_s:
@@ -132,7 +138,7 @@ class _Stretch:
     cells: NDArray[np.intp]
     seconds: float
     rate: float
-    """Gain of mean probability of detection per second."""
+    """Gain of probability of success per second."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -187,7 +193,7 @@ def _strips(plan: MissionPlan, plane_height_m: float, places_m: FloatArray) -> l
     strips = []
     for heading_rad in (plan.scan_heading_rad, plan.scan_heading_rad + math.pi / 2.0):
         legs = planned_legs(plan, plane_height_m, heading_rad)
-        width_m = _strip_width_m(plan, legs)
+        width_m = strip_width_m(plan, legs)
         for leg in legs:
             along = np.array(leg.direction_enu)
             aside_m = line_axis(along) * plan.on_legs_m / 2.0 if plan.vehicles > 1 else np.zeros(2)
@@ -197,14 +203,6 @@ def _strips(plan: MissionPlan, plane_height_m: float, places_m: FloatArray) -> l
             (cells,) = np.nonzero((across_m <= width_m / 2.0) & (along_m >= 0.0) & (along_m < leg.length_m))
             strips.append(_Strip(displaced, cells, (along_m[cells] / _BIN_M).astype(np.intp)))
     return strips
-
-
-def _strip_width_m(plan: MissionPlan, legs: Sequence[ScanLeg]) -> float:
-    """Return the distance of neighbouring legs; that of an only one is what the line is wide."""
-    if len(legs) < 2:
-        return plan.vehicles * plan.on_legs_m
-    across = line_axis(np.array(legs[0].direction_enu))
-    return abs(float((np.array(legs[1].start_enu_m) - np.array(legs[0].start_enu_m)) @ across))
 
 
 def _views_of_passes(plan: MissionPlan, plane_height_m: float, rises_m: FloatArray) -> NDArray[np.int64]:
@@ -221,18 +219,6 @@ def _views_of_passes(plan: MissionPlan, plane_height_m: float, rises_m: FloatArr
     highest_m = plan.lowest_layer_m - plane_height_m - _LEAST_HEIGHT_M
     low_m, high_m = np.minimum((rises_m[known].min(), rises_m[known].max()), highest_m)
     levels_m = np.unique(np.linspace(low_m, high_m, _RISES))
-    views = [_views_of_a_pass(plan, plane_height_m + level_m) for level_m in levels_m.tolist()]
+    views = [views_of_a_pass(plan, plane_height_m + level_m) for level_m in levels_m.tolist()]
     at_places = np.interp(np.where(known, rises_m, low_m), levels_m, views)
     return np.where(known, np.rint(at_places), 0).astype(np.int64)
-
-
-def _views_of_a_pass(plan: MissionPlan, plane_height_m: float) -> int:
-    """Return how many independent views a place below the line gets from one pass, on average across it."""
-    if plan.forest is None:
-        return 0
-    leg = ScanLeg((0.0, 0.0), (0.0, 1.0), 400.0)
-    line = line_of(plan, plane_height_m)
-    half_m = max(float(line.aside_m[-1]), 5.0)
-    across_m = np.linspace(-half_m, half_m, 40)
-    places_m = np.column_stack((across_m, np.linspace(197.0, 203.0, 40)))
-    return max(1, round(float(expected_views(places_m, [leg], line, forest_directions(plan.forest)).mean())))

@@ -31,7 +31,11 @@ _LEAST_HEIGHT_M = 1.0
 
 
 def estimate_over_ground(
-    plan: MissionPlan, settings: MissionSettings, origin: GeodeticPosition | None, homes_enu_m: Homes
+    plan: MissionPlan,
+    settings: MissionSettings,
+    origin: GeodeticPosition | None,
+    homes_enu_m: Homes,
+    legs: Sequence[ScanLeg] = (),
 ) -> PlanEstimate:
     """Estimate a plan over the ground of the mission's elevation model, or over level ground where there is none.
 
@@ -40,12 +44,13 @@ def estimate_over_ground(
         settings: settings of the mission that is to fly it.
         origin: origin of the plan, where the settings have none.
         homes_enu_m: launch points of the vehicles that are heard already.
+        legs: legs of the plan in the order in which they are flown; none: to and fro.
 
     Raises:
         ConfigurationError: the plan cannot be flown.
     """
     plane_height_m = settings.imaging.plane_height_m
-    level = estimate_plan(plan, plane_height_m)
+    level = estimate_plan(plan, plane_height_m, legs)
     terrain, origin = settings.terrain, settings.origin or origin
     if terrain is None or origin is None:
         return level

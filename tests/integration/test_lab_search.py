@@ -28,7 +28,8 @@ def test_persons_are_searched_for_by_all_flights_and_written_down(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out, document = tmp_path / "study", tmp_path / "searches.md"
-    options = ("--out", str(out), "--document", str(document), *SMALL, "--methods", ",".join(Method))
+    methods = ("--methods", ",".join(Method), "--spread", "0.1")
+    options = ("--out", str(out), "--document", str(document), *SMALL, *methods)
     assert command(*options) == 0
     table = capsys.readouterr().out
     lines = (out / RESULTS_FILE).read_text(encoding="utf-8").splitlines()
@@ -55,6 +56,8 @@ def test_persons_are_searched_for_by_all_flights_and_written_down(
         (("--hectares", "many"), "--hectares must be numbers"),
         (("--hectares", "60"), "hectares must lie within"),
         (("--searches", "0"), "--searches must be at least 1"),
+        (("--methods", "planned,prior"), "the method prior needs --spread"),
+        (("--spread", "0"), "spread must lie within"),
     ],
 )
 def test_what_cannot_be_searched_is_refused(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import ParamSpec, TypeVar
@@ -19,6 +20,7 @@ from aos_gcs.mission.model.steps import PictureKind
 from aos_gcs.mission.search.ground_mapping import MAX_WAITING, GroundMapping, GroundPlace
 from aos_gcs.planning.settings import ForestSettings, SearchMode, SearchSettings
 from aos_gcs.ports import ThreadWorker
+from tests.fakes.fleet import FRAME
 from tests.fakes.ground_frames import ground_frame
 from tests.fakes.mission_flight import EXACT, Flight, flying, prepare
 from tests.fakes.retraced import check_decisions_again
@@ -210,6 +212,33 @@ def continuous(pod: float, **changes: object) -> Flight:
     search = SearchSettings(SearchMode.CONTINUOUS, pod=pod, leg_spacing_m=12.0)
     area = ((-12.0, 10.0), (12.0, 10.0), (12.0, 26.0), (-12.0, 26.0))
     return prepare(2, None, area_enu_m=area, forest=FOREST, search=search, errors=EXACT, **changes)
+
+
+async def test_the_likely_strip_is_flown_first(tmp_path: Path) -> None:
+    begun_m = []
+    for west_m, east_m in ((-12.0, 0.0), (0.0, 12.0)):
+        corners = ((west_m, 10.0), (east_m, 10.0), (east_m, 26.0), (west_m, 26.0))
+        places = [FRAME.to_geodetic((*corner, 0.0)) for corner in corners]
+        ring = [[place.longitude_deg, place.latitude_deg] for place in (*places, places[0])]
+        geometry = {"type": "Polygon", "coordinates": [ring]}
+        prior = tmp_path / f"{east_m:g}.geojson"
+        prior.write_text(json.dumps({"type": "Feature", "properties": {"weight": 1}, "geometry": geometry}), "utf-8")
+        search = SearchSettings(SearchMode.CONTINUOUS, leg_spacing_m=12.0, prior=str(prior))
+        area = ((-12.0, 10.0), (12.0, 10.0), (12.0, 26.0), (-12.0, 26.0))
+        place = GroundPlace(ThreadWorker(), tmp_path / f"ground {east_m:g}")
+        flight = prepare(2, None, area_enu_m=area, search=search, errors=EXACT, ground=place)
+        async with flying(flight) as run:
+            await flight.until(lambda flight=flight: flight.mission.phase is Phase.SCAN)  # type: ignore[misc]
+            begun_m.append(flight.mission.sortie.search.decider.progress.present_leg.start_enu_m[0])
+            prior.unlink()  # the file was read before the take-off
+            await run
+        assert not any("prior" in text for text in flight.texts())
+        assert len(flight.mission.sortie.search.decider.progress.legs) == 2
+        ground = flight.view.snapshot().ground
+        assert ground is not None
+        assert ground.seen_fraction == 1.0, "the unlikely strip, too"
+        check_decisions_again(flight.recorder)
+    assert begun_m == pytest.approx([-6.0, 6.0])
 
 
 async def test_gaps_are_flown_again_until_what_is_wanted_is_reached(tmp_path: Path) -> None:

@@ -24,10 +24,17 @@ def search(
     hectares: Annotated[str, typer.Option(help="Sizes of the square areas, 0.1 to 50, separated by commas.")] = "4",
     vehicles: Annotated[str, typer.Option(help="Numbers of vehicles, separated by commas.")] = "1,3,10",
     methods: Annotated[
-        str, typer.Option(help="Flights: planned, line, chosen, stops, single and lawnmower, separated by commas.")
+        str, typer.Option(help="Flights: planned, prior, line, chosen, stops, single, lawnmower, separated by commas.")
     ] = "planned,line,stops,single,lawnmower",
     posture: Annotated[str, typer.Option(help="Posture of the person: standing, sitting or lying.")] = "standing",
     pod: Annotated[float, typer.Option(help="Probability of detection that the planned flights are to reach.")] = 0.9,
+    spread: Annotated[
+        float | None,
+        typer.Option(
+            metavar="SHARE",
+            help="Draw persons about a last known point, half of them within this share of the area's side.",
+        ),
+    ] = None,
     passes: Annotated[int, typer.Option(help="Flights over the area at most, until the person is noticed.")] = 8,
     images: Annotated[
         int, typer.Option(help="Searches per density whose planned flights are rendered, too; each takes a minute.")
@@ -69,6 +76,7 @@ def search(
         posture=Posture(posture),
         pod=pod,
         passes=passes,
+        spread=spread,
         images=images,
         version=version("aos-gcs"),
     )

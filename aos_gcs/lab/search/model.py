@@ -29,6 +29,8 @@ class Method(StrEnum):
 
     PLANNED = "planned"
     """Line and legs planned for the wanted probability of detection, in flight; all views count together."""
+    PRIOR = "prior"
+    """The planned flight with its legs in the order of the prior by which persons are drawn."""
     LINE = "line"
     """The line of close looks along legs one swath apart, 5 m/s; all views count together."""
     CHOSEN = "chosen"
@@ -60,6 +62,9 @@ class SearchStudySettings:
     """Flights over the area at most, one after the other, until the person is noticed."""
     close_look_s: float = 20.0
     """Time of the close look after which a person who was noticed is claimed; a single frame is claimed at once."""
+    spread: float | None = None
+    """Distance within which half of the persons are from a last known point, as a share of the area's side; None:
+    persons are anywhere in the area."""
     images: int = 0
     """Persons of each density, the first ones of every thousand seeds, whose planned flights are rendered, too."""
     version: str = ""
@@ -76,6 +81,10 @@ class SearchStudySettings:
             if not values or not all(low <= value <= high for value in values):
                 text = ", ".join(f"{value:g}" for value in values)
                 raise ConfigurationError(f"{name} must lie within {low:g} and {high:g}, but is {text or 'missing'}.")
+        if self.spread is not None and not 0.01 <= self.spread <= 10.0:
+            raise ConfigurationError(f"spread must lie within 0.01 and 10, but is {self.spread:g}.")
+        if self.spread is None and Method.PRIOR in self.methods:
+            raise ConfigurationError("the method prior needs --spread: without it persons are anywhere in the area.")
         if not self.methods:
             raise ConfigurationError(f"methods must name at least one of {', '.join(Method)}.")
 

@@ -26,10 +26,12 @@ from aos_gcs.planning.estimate import (
     scan_step_m,
 )
 from aos_gcs.planning.expected_views import LineOfCameras, line_of
+from aos_gcs.planning.leg_order import chances_of, order_legs
 from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.planning.pod_proposal import propose_pattern
 from aos_gcs.planning.settings import SearchMode
+from aos_gcs.prior.model import AreaPrior
 from aos_gcs.swarm.line import line_axis
 
 FloatArray = NDArray[np.float64]
@@ -55,7 +57,7 @@ class SearchFlight:
 
 def flown_plan(plan: MissionPlan, method: Method) -> MissionPlan | None:
     """Return the plan of a method that flies along legs; None where no plan reaches what is wanted."""
-    if method is Method.PLANNED:
+    if method in {Method.PLANNED, Method.PRIOR}:
         pattern = propose_pattern(plan, 0.0)
         return None if pattern is None else pattern.applied_to(plan)
     if method is Method.STOPS:
@@ -70,12 +72,13 @@ def flown_plan(plan: MissionPlan, method: Method) -> MissionPlan | None:
     return plan
 
 
-def fly_legs(plan: MissionPlan, number: int = 0) -> SearchFlight:
+def fly_legs(plan: MissionPlan, number: int = 0, prior: AreaPrior | None = None) -> SearchFlight:
     """Return the flight of a plan along its legs.
 
     Args:
         plan: to be flown; it has a launch point.
         number: number of the flight: later ones cross the first, or have their legs and exposures between its.
+        prior: where the person is likely to be, by which the legs are ordered; None: they are flown to and fro.
     """
     plan = replace(plan, scan_heading_rad=math.pi / 2.0 * (number % 2))
     shift = math.modf(number // 2 * (math.sqrt(5.0) - 1.0) / 2.0)[0]
@@ -88,6 +91,8 @@ def fly_legs(plan: MissionPlan, number: int = 0) -> SearchFlight:
         mps = plan.leg_speed_mps
         still_s = STILL_S + mps / (2.0 * ACCELERATION_MPS2)
     launch_m = plan.launch_enu_m or (0.0, 0.0)
+    if prior is not None:
+        legs = order_legs(legs, plan, chances_of(plan, 0.0, prior), launch_m)
     between_m = [math.dist(one.end_enu_m, after.start_enu_m) for one, after in pairwise(legs)]
     ways_m = [math.dist(launch_m, legs[0].start_enu_m), *between_m]
     now_s, times_s, cameras_m = plan.highest_layer_m / CLIMB_MPS, [], []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,7 +18,7 @@ BEGIN_MARK = "<!-- Written by aos-gcs lab search; do not edit below -->"
 _TITLE = "# Whole searches"
 _BINS = 10
 """Bins of predicted probability in which predictions are compared with what was noticed."""
-_TOGETHER = frozenset({Method.PLANNED, Method.LINE, Method.CHOSEN, Method.SINGLE})
+_TOGETHER = frozenset({Method.PLANNED, Method.PRIOR, Method.LINE, Method.CHOSEN, Method.SINGLE})
 """Methods in flight whose views count together: those for which the map predicts."""
 
 
@@ -42,6 +42,8 @@ class Group:
     """Median time to the claim; those that were never noticed count as later than all others."""
     ratio: float
     """Median over the persons of this time, over that of the lawnmower; NaN without one."""
+    of_plain: float = math.nan
+    """The same over that of the legs to and fro, for legs in the order of a prior; NaN for others."""
 
     @property
     def hectares_per_hour(self) -> float:
@@ -90,13 +92,10 @@ def summarise(results: Sequence[SearchResult]) -> SearchFigures:
             by_group.setdefault(key, []).append((result.key.seed, one))
     groups = []
     for (trees, hectares, vehicles, method), outcomes in sorted(by_group.items(), key=lambda item: _order(item[0])):
-        rivals = dict(by_group.get((trees, hectares, vehicles, Method.LAWNMOWER), ()))
+        lawnmower, plain = (
+            dict(by_group.get((trees, hectares, vehicles, rival), ())) for rival in (Method.LAWNMOWER, Method.PLANNED)
+        )
         times_s = {seed: math.inf if one.claimed_s is None else one.claimed_s for seed, one in outcomes}
-        ratios = [
-            times_s[seed] / rival.claimed_s
-            for seed, rival in rivals.items()
-            if seed in times_s and rival.claimed_s is not None
-        ]
         found = [one for _, one in outcomes]
         groups.append(
             Group(
@@ -110,7 +109,8 @@ def summarise(results: Sequence[SearchResult]) -> SearchFigures:
                 path_m=found[0].path_m,
                 claimed=sum(one.claimed_s is not None for one in found),
                 claimed_s=float(np.median(list(times_s.values()))),
-                ratio=float(np.median(ratios)) if ratios else math.nan,
+                ratio=_ratio(times_s, lawnmower),
+                of_plain=_ratio(times_s, plain) if method is Method.PRIOR else math.nan,
             )
         )
     rendered = [one for result in results for one in result.outcomes if one.rendered is not None]
@@ -123,6 +123,16 @@ def summarise(results: Sequence[SearchResult]) -> SearchFigures:
         rays_noticed=sum(one.noticed for one in rendered),
         agreed=sum(one.rendered == one.noticed for one in rendered),
     )
+
+
+def _ratio(times_s: Mapping[int, float], rivals: Mapping[int, SearchOutcome]) -> float:
+    """Return the median of times over those of a rival's searches for the same persons; NaN without any."""
+    ratios = [
+        times_s[seed] / rival.claimed_s
+        for seed, rival in rivals.items()
+        if seed in times_s and rival.claimed_s is not None
+    ]
+    return float(np.median(ratios)) if ratios else math.nan
 
 
 def _order(key: tuple[float, float, int, Method]) -> tuple[float, float, int, int]:
@@ -154,6 +164,7 @@ def _calibrations(results: Sequence[SearchResult]) -> tuple[Calibration, ...]:
 
 def as_markdown(figures: SearchFigures) -> str:
     """Return the figures as tables."""
+    has_prior = any(one.method is Method.PRIOR for one in figures.groups)
     header = (
         "trees/ha",
         "area",
@@ -166,6 +177,7 @@ def as_markdown(figures: SearchFigures) -> str:
         "flown",
         "claim, median",
         "of the lawnmower's",
+        *(("of the planned one's",) if has_prior else ()),
     )
     rows = [
         (
@@ -180,6 +192,7 @@ def as_markdown(figures: SearchFigures) -> str:
             f"{one.path_m / 1000.0:.1f} km",
             f"{one.claimed_s:.0f} s" if math.isfinite(one.claimed_s) else "more than half never",
             "-" if math.isnan(one.ratio) else f"{one.ratio:.2f}",
+            *(("-" if math.isnan(one.of_plain) else f"{one.of_plain:.2f}",) if has_prior else ()),
         )
         for one in figures.groups
     ]
@@ -218,9 +231,11 @@ def write_document(
     path: Path, frame: DocumentFrame, settings: SearchStudySettings, figures: SearchFigures, tables: str
 ) -> None:
     """Write the document, or renew its written part: what was searched, and the tables of its figures."""
+    about = "" if settings.spread is None else f", half of them within {settings.spread:g} sides of a last known point"
     body = (
-        f"n = {figures.searches} persons ({settings.posture}), each searched for by all methods; wanted probability of "
-        f"detection {settings.pod:g}, {settings.passes} flights at most, close look {settings.close_look_s:g} s. In "
+        f"n = {figures.searches} persons ({settings.posture}{about}), each searched for by all methods; wanted "
+        f"probability of detection {settings.pod:g}, {settings.passes} flights at most, close look "
+        f"{settings.close_look_s:g} s. In "
         f"brackets: Wilson's intervals of {100 * CONFIDENCE:.0f} %.\n\n{tables.rstrip()}"
     )
     path.write_text(frame.format(body=body), encoding="utf-8")

@@ -37,10 +37,13 @@ from aos_gcs.lab.search.model import (
     plan_for,
 )
 from aos_gcs.lab.search.paths import SearchFlight, flown_plan, fly_legs
+from aos_gcs.lab.search.persons import person_about_a_point, person_anywhere
 from aos_gcs.lab.walk import TRUNK_CLEARANCE_M
 from aos_gcs.lab.worlds import Target, World, WorldParameters, build_world
 from aos_gcs.planning.expected_views import forest_directions
+from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.planning.settings import DetectionSettings
+from aos_gcs.prior.model import AreaPrior
 
 FloatArray = NDArray[np.float64]
 
@@ -64,16 +67,29 @@ def search_for_person(settings: SearchStudySettings, key: SearchKey) -> SearchRe
     outcomes: list[SearchOutcome] = []
     for hectares in settings.hectares:
         # In the same place of the area for all methods and numbers of vehicles.
-        in_area_m = rng.uniform(-0.5, 0.5, 2) * math.sqrt(hectares * 1e4)
+        prior = None
+        if settings.spread is None:
+            in_area_m = person_anywhere(hectares, rng)
+        else:
+            area_enu_m = plan_for(settings.pod, Conditions(key.trees_per_ha, 1, hectares)).area_enu_m
+            in_area_m, prior = person_about_a_point(area_enu_m, settings.spread, rng)
         watch = _Watch(world, target, in_area_m, key.seed, renders=key.seed % 1000 < settings.images)
         for vehicles in settings.vehicles:
-            outcomes += _searches(settings, Conditions(key.trees_per_ha, vehicles, hectares), watch)
+            outcomes += _searches(settings, Conditions(key.trees_per_ha, vehicles, hectares), watch, prior)
     return SearchResult(key, tuple(outcomes))
 
 
-def _searches(settings: SearchStudySettings, conditions: Conditions, watch: _Watch) -> Iterator[SearchOutcome]:
+def _searches(
+    settings: SearchStudySettings, conditions: Conditions, watch: _Watch, prior: AreaPrior | None
+) -> Iterator[SearchOutcome]:
+    def flown(method: Method, number: int = 0) -> SearchFlight | None:
+        if method is not Method.PRIOR:
+            return search_flight(settings.pod, conditions, method, number)
+        plan = _planned(settings.pod, conditions)
+        return None if plan is None else fly_legs(plan, number, prior)
+
     for method in settings.methods:
-        first = search_flight(settings.pod, conditions, method)
+        first = flown(method)
         if first is None:
             continue
         at_once = method is Method.LAWNMOWER
@@ -82,7 +98,7 @@ def _searches(settings: SearchStudySettings, conditions: Conditions, watch: _Wat
         rendered = watch.rendered_s(first) is not None if watch.renders and method is Method.PLANNED else None
         before_s, noticed = 0.0, seen_s is not None
         for number in range(1, settings.passes):
-            flight = search_flight(settings.pod, conditions, method, number)
+            flight = None if seen_s is not None else flown(method, number)
             if seen_s is not None or flight is None:
                 break
             before_s += first.duration_s
@@ -100,6 +116,11 @@ def _searches(settings: SearchStudySettings, conditions: Conditions, watch: _Wat
             claimed_s=claimed_s,
             rendered=rendered,
         )
+
+
+@lru_cache(maxsize=16)
+def _planned(pod: float, conditions: Conditions) -> MissionPlan | None:
+    return flown_plan(plan_for(pod, conditions), Method.PLANNED)
 
 
 @lru_cache(maxsize=1024)

@@ -26,7 +26,10 @@ from aos_gcs.imaging.views import FocalSurface
 from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.journal import Journal
 from aos_gcs.mission.search.gallery import Gallery
+from aos_gcs.mission.search.known_prior import KnownPrior
 from aos_gcs.planning.gaps import GapLegs, legs_for_gaps
+from aos_gcs.planning.leg_order import chances_of, order_legs, ordered_on_map
+from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.plan import MissionPlan, plan_of
 from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.planning.viewed_ground import viewed_ground
@@ -89,6 +92,7 @@ class GroundMapping:
         self._gallery = gallery
         self._settings = settings
         self._ground = ground
+        self._prior = KnownPrior(settings, journal)
         self._waiting: deque[tuple[int, Frame, FocalSurface]] = deque()
         self._is_offered = asyncio.Event()
         self._is_added = asyncio.Event()
@@ -116,6 +120,37 @@ class GroundMapping:
         if self._figures is None:
             return None
         return replace(self._figures, left_out=self._left_out, soon=self._soon)
+
+    async def order_legs(
+        self, plan: MissionPlan, legs: Sequence[ScanLeg], from_m: tuple[float, float]
+    ) -> tuple[ScanLeg, ...]:
+        """Return legs in the order in which the person is likely to be noticed soonest.
+
+        Where that cannot be found out, they stay as they are, and operators are told.
+
+        Args:
+            plan: plan of the mission, with the vehicles that fly.
+            legs: legs to and fro.
+            from_m: place that the swarm comes from.
+        """
+        frame, height_m = self._roster.frame, self._settings().imaging.plane_height_m
+        if frame is None:
+            return tuple(legs)
+        try:
+            area = await self._area(frame.origin)
+            if self._place is None:
+                return await asyncio.to_thread(
+                    lambda: order_legs(legs, plan, chances_of(plan, height_m, area.prior), from_m)
+                )
+            source = self._source(self._place, frame.origin)
+            return await self._place.worker.run(
+                ordered_on_map, source, area, plan, height_m, legs=tuple(legs), from_m=from_m
+            )
+        except Exception as error:  # whatever it is: a defect of the order must not end the flight
+            if not isinstance(error, AosError):
+                _log.exception("a defect of the order of legs")
+            self._report(f"The legs are flown to and fro, not in the order of their chances: {error}")
+            return tuple(legs)
 
     async def find_gaps(self, plan: MissionPlan, from_m: tuple[float, float], within_s: float) -> GapLegs | None:
         """Return the stretches whose views gain most until the plan's wanted probability of detection is reached.
@@ -205,7 +240,7 @@ class GroundMapping:
         frame, now_s = self._roster.frame, asyncio.get_running_loop().time()
         if frame is None:
             return
-        known = self._source(place, frame.origin), self._area()
+        known = self._source(place, frame.origin), await self._area(frame.origin)
         batch = [self._waiting.popleft() for _ in range(min(_BATCH, len(self._waiting)))]
         if not self._waiting:
             self._is_offered.clear()
@@ -277,6 +312,7 @@ class GroundMapping:
             step = direction_step(forest.crown_base_m, forest.canopy_height_m, forest.occluder_size_m)
         return GroundSource(place.folder, origin, step, place.carried)
 
-    def _area(self) -> SearchedArea:
+    async def _area(self, origin: GeodeticPosition) -> SearchedArea:
         settings = self._settings()
-        return SearchedArea(settings.area_enu_m, None if settings.forest is None else settings.forest.occlusion)
+        occlusion = None if settings.forest is None else settings.forest.occlusion
+        return SearchedArea(settings.area_enu_m, occlusion, await self._prior.over(origin))

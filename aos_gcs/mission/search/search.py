@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from aos_gcs.mission.context import FlightContext, MissionContext
 from aos_gcs.mission.fleet.layers import in_layers
 from aos_gcs.mission.fleet.roster import Member
+from aos_gcs.mission.handler_watch import WORK_S, sign_of_life
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.search.covered_ground import CoveredGround
@@ -22,6 +25,7 @@ from aos_gcs.mission.search.strength import SwarmStrength
 from aos_gcs.mission.search.sweeping import Sweeping
 from aos_gcs.mission.search.vision import Vision
 from aos_gcs.planning.legs import ScanLeg, leg_formation, scan_legs
+from aos_gcs.planning.plan import plan_of
 from aos_gcs.ports import Capture, Severity
 
 
@@ -49,6 +53,7 @@ class Search:
     ) -> None:
         self._context = context
         self._vision = vision
+        self._ground = ground
         self._sampler = Sampler(context)
         self.covered_ground = CoveredGround(context, gallery, ground)
         self.decider = Decider(
@@ -95,7 +100,7 @@ class Search:
         if not swarm or self._gaps.is_enough:
             return Phase.RETURN
         if not progress.legs:
-            progress.plan(self._plan_legs(swarm))
+            progress.plan(await self._plan_legs(swarm))
         leg = progress.remaining_leg
         context.journal.set_message(f"Forming the line for leg {progress.leg + 1} of {len(progress.legs)}.")
         places_enu_m = leg_formation(leg, context.roster.positions_enu_m(swarm)[:, :2], self.decider.line_spacing_m)
@@ -109,13 +114,15 @@ class Search:
         self._work.log.note_line(leg)
         return Phase.SCAN
 
-    def _plan_legs(self, swarm: list[Member]) -> tuple[ScanLeg, ...]:
+    async def _plan_legs(self, swarm: list[Member]) -> tuple[ScanLeg, ...]:
+        """Plan the legs for the vehicles that fly, those first by which the person is likely to be noticed soonest."""
         settings = self._context.settings
         lowest_m = min(member.layer_height_m or settings.flight.lowest_layer_m for member in swarm)
         widest_m = settings.search.leg_spacing_m
-        return scan_legs(
+        middle_m = self._context.roster.positions_enu_m(swarm)[:, :2].mean(axis=0)
+        legs = scan_legs(
             settings.area_enu_m,
-            self._context.roster.positions_enu_m(swarm)[:, :2].mean(axis=0),
+            middle_m,
             np.array(settings.scan_direction_enu),
             n=len(swarm),
             spacing_m=self.decider.line_spacing_m,
@@ -123,6 +130,9 @@ class Search:
             # A shorter line sees a narrower strip as well as the whole one sees its own.
             leg_spacing_m=None if widest_m is None else widest_m * len(swarm) / max(settings.vehicles, len(swarm)),
         )
+        sign_of_life(WORK_S)
+        plan = replace(plan_of(settings), vehicles=len(swarm))
+        return await self._ground.order_legs(plan, legs, (float(middle_m[0]), float(middle_m[1])))
 
     # --- SCAN, CONVERGE, FOUND ----------------------------------------------------------------------------------------
 
