@@ -18,6 +18,8 @@ of the autopilot, which knows no zones of the station."""
 EVERY = 2
 """Steps of the simulation from one look to the next: 0.2 s, in which a vehicle flies 2 m at most."""
 GROUND_M = 0.5
+RISEN_M = 2.0
+"""Height above the floor from which a vehicle must not sink below it: one that is held while it lands sinks on."""
 
 Point = Sequence[float]
 
@@ -39,7 +41,7 @@ class AirspaceWatch:
         self._outside: set[tuple[int, str]] = set()
         """Vehicles beyond a limit, with its name: only who crosses one is reported."""
         self._risen: set[int] = set()
-        """Vehicles that have been above the floor since their take-off."""
+        """Vehicles that the station flies above the floor; they may be below it on their way up and down."""
         self._offset_m: dict[int, float] = {}
         """Error of each vehicle's height on the ground, which the station takes out."""
 
@@ -76,7 +78,9 @@ class AirspaceWatch:
         above_m = abs(float(error_m[2]) - self._offset_m.get(vehicle_id, 0.0)) + TRACKING_M
         over_m = self._limits.ceiling_m + above_m - true_enu_m[2]
         self._note(vehicle_id, "the ceiling", over_m, "above the ceiling", is_reported=is_ours)
-        if true_enu_m[2] > self._limits.floor_m:
+        if not sent:
+            self._risen.discard(vehicle_id)
+        elif true_enu_m[2] > self._limits.floor_m + RISEN_M:
             self._risen.add(vehicle_id)
         if vehicle_id in self._risen:
             under_m = true_enu_m[2] + above_m - self._limits.floor_m

@@ -247,6 +247,16 @@ def test_an_autopilot_that_returns_or_lands_by_itself_knows_the_ceiling_only(
         assert fly_by(place_enu_m, manoeuvre=manoeuvre) == ([kind] if kind == "above the ceiling" else [])
 
 
+def test_a_vehicle_that_is_held_while_it_lands_may_sink_below_the_floor() -> None:
+    kinds: list[str] = []
+    watch = AirspaceWatch(lambda kind, _: kinds.append(kind))
+    watch.set_limits(LIMITS)
+    for height_m, manoeuvre in ((15.0, Manoeuvre.POSITION), (8.2, Manoeuvre.LAND), (7.0, Manoeuvre.POSITION)):
+        place_enu_m = (0.0, 0.0, height_m)
+        watch.look(1, place_enu_m, place_enu_m, manoeuvre, is_ours=True)
+    assert kinds == []
+
+
 def test_a_vehicle_on_its_way_up_is_not_below_the_floor_and_its_error_on_the_ground_does_not_count() -> None:
     assert fly_by((0.0, 0.0, 0.0), (0.0, 0.0, 4.0), (0.0, 0.0, 9.0)) == []
     high_m = (0.0, 0.0, 30.0 + AWAY_M)

@@ -195,3 +195,17 @@ async def test_without_anybody_on_the_ground_nobody_joins() -> None:
         assert not result.accepted
         await flight.commands.act(Action.ABORT, None)
         await run
+
+
+async def test_one_whose_battery_fails_while_it_joins_comes_down_at_once() -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        vehicle = await climbing(flight)
+        vehicle.battery_fraction = 0.1
+        await flight.clock.sleep(2.0)
+        assert flight.task(5) is Task.LANDING
+        await flight.until(lambda: flight.task(5) is Task.LANDED)
+        assert np.hypot(*(vehicle.position_enu_m()[:2] - (20.0, -3.0))) < 1.0
+        await flight.commands.act(Action.ABORT, None)
+        await run
+    assert "returns on its own: battery at 10%" in flight.texts()

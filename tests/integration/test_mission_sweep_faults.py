@@ -229,6 +229,20 @@ async def test_one_that_is_paused_alone_stops_and_the_others_sweep_on() -> None:
 
 
 @virtual
+async def test_one_of_two_that_is_paused_alone_is_waited_for_and_nobody_flies_home() -> None:
+    flight = sweep_flight(2)
+    async with flying(flight) as run:
+        await flight.until(lambda: is_in_the_middle(flight))
+        await flight.commands.act(Action.PAUSE, (2,))
+        await flight.clock.sleep(10.0)
+        assert flight.mission.phase is Phase.SCAN
+        assert flight.view.snapshot().message == "Waiting for 1 held vehicles: resume them, or return all."
+        assert not any(vehicle.is_moving() for vehicle in flight.fleet.members.values())
+        await flight.commands.act(Action.RESUME, (2,))
+        assert await run is Outcome.NOT_FOUND
+
+
+@virtual
 async def test_a_hold_that_comes_with_new_waypoints_of_the_sweep_is_the_last_command(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

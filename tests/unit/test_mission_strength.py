@@ -15,7 +15,7 @@ from aos_gcs.mission.search.strength import TAKE_OFF_S, SwarmStrength
 
 pytestmark = pytest.mark.looptime
 
-SWAP_S, ALL_LOST_S = 20.0, 15.0
+SWAP_S, ALL_LOST_S, SEARCH_S = 20.0, 15.0, 600.0
 LOW = "battery at 10%"
 
 
@@ -24,6 +24,8 @@ class FakeMember:
     vehicle_id: int
     task: Task
     left_for_battery: str = ""
+    follows_us: bool = True
+    airborne: bool = True
 
 
 @dataclass
@@ -38,14 +40,16 @@ class FakeSwarm:
     def strength(self, *, may_be_relieved: bool = False) -> SwarmStrength:
         settings = SimpleNamespace(
             fewest_vehicles=self.fewest,
-            deadlines=SimpleNamespace(all_lost_s=ALL_LOST_S),
+            deadlines=SimpleNamespace(all_lost_s=ALL_LOST_S, search_s=SEARCH_S),
             relay=SimpleNamespace(swap_s=SWAP_S),
         )
         roster = SimpleNamespace(members=lambda *tasks: [m for m in self.members if not tasks or m.task in tasks])
         journal = SimpleNamespace(
             notice=lambda _severity, text: self.notices.append(text), set_message=self.messages.append
         )
-        self.clock = LoopClock()
+        clock = self.clock = LoopClock()
+        begun_s = clock.now_s()
+        journal.elapsed_s = lambda: clock.now_s() - begun_s
         context = SimpleNamespace(roster=roster, settings=settings, journal=journal, clock=self.clock)
         strength = SwarmStrength(context, lambda: 0.46)  # type: ignore[arg-type]
         strength.may_be_relieved = lambda: may_be_relieved
@@ -74,7 +78,7 @@ async def test_the_battery_of_a_single_vehicle_ends_its_search() -> None:
 @pytest.mark.parametrize(
     "others",
     [
-        [FakeMember(2, Task.HELD), FakeMember(3, Task.HELD)],
+        [FakeMember(2, Task.HELD, follows_us=False), FakeMember(3, Task.HELD, follows_us=False)],
         [FakeMember(2, Task.RETURNING), FakeMember(3, Task.SWARM, LOW)],
     ],
 )
@@ -104,3 +108,17 @@ async def test_a_swarm_waits_for_lost_vehicles_for_a_while_and_for_one_that_join
     assert swarm.messages[-1] == "Waiting for a replacement: 1 left in the swarm."
     joining.task = Task.SWARM
     assert [member.vehicle_id for member in await gathering] == [1, 3]
+
+
+async def test_vehicles_that_somebody_holds_are_waited_for_until_the_time_of_the_search_is_over() -> None:
+    held = FakeMember(2, Task.HELD)
+    swarm = FakeSwarm([FakeMember(1, Task.SWARM), held])
+    strength = swarm.strength()
+    gathering = asyncio.create_task(strength.gather())
+    await swarm.clock.sleep(SEARCH_S - 10.0)
+    assert swarm.messages[-1] == "Waiting for 1 held vehicles: resume them, or return all."
+    held.task = Task.SWARM
+    assert len(await gathering) == 2
+    held.task = Task.HELD
+    assert await strength.gather() == []
+    assert swarm.notices == ["Maximum search time reached: all vehicles return"]

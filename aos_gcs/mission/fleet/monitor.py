@@ -174,7 +174,8 @@ class Monitor:
 
     def _must_leave(self, member: Member) -> str | None:
         """Return the reason why a vehicle has to return now; None if it has none."""
-        if not member.airborne or not member.obeys_return or self._returning().is_busy(member):
+        is_on_its_way = self._returning().is_busy(member) and member.task is not Task.JOINING
+        if not member.airborne or not member.obeys_return or is_on_its_way:
             return None
         reason = self._why_home(member)
         now_s = self._context.clock.now_s()
@@ -187,7 +188,7 @@ class Monitor:
         if member.task is Task.RETURNING:
             stopped = self._returning().is_for_all or member.is_held_by_order
             return None if stopped else "it has not arrived yet"
-        if member.task not in {Task.SWARM, Task.HELD}:
+        if member.task not in {Task.SWARM, Task.HELD, Task.JOINING}:
             return None
         problem = self._battery_problem(member)
         member.left_for_battery = problem or ""

@@ -31,10 +31,10 @@ class SwarmStrength:
         """Returns whether a vehicle on the ground may take off for the swarm, now or with another battery."""
 
     async def gather(self) -> list[Member]:
-        """Return the swarm; with too few left, wait for lost vehicles and replacements.
+        """Return the swarm; with too few left, wait for lost vehicles, for replacements, and for those that are held.
 
-        When all are lost, the monitor ends the mission. Empty where the batteries have ended the search, which is
-        reported: all vehicles return then.
+        When all are lost, the monitor ends the mission. Empty where the batteries or the time have ended the search,
+        which is reported: all vehicles return then.
 
         Raises:
             MissionFailedError: too few are left, and not because of their batteries.
@@ -55,6 +55,10 @@ class SwarmStrength:
         lost = roster.members(Task.LOST)
         if lost and (not swarm or waited_s <= settings.deadlines.all_lost_s):
             return f"Waiting for {len(lost)} lost vehicles."
+        # Somebody stopped them for a reason: they are not to be moved because they are missing.
+        held = [member for member in roster.members(Task.HELD) if member.airborne and member.follows_us]
+        if held and not self._is_time_over:
+            return f"Waiting for {len(held)} held vehicles: resume them, or return all."
         if not swarm:
             return None  # a replacement flies to those that it joins
         is_in_time = waited_s <= settings.relay.swap_s + TAKE_OFF_S
@@ -62,13 +66,20 @@ class SwarmStrength:
             return f"Waiting for a replacement: {len(swarm)} left in the swarm."
         return None
 
+    @property
+    def _is_time_over(self) -> bool:
+        return self._context.journal.elapsed_s() > self._context.settings.deadlines.search_s
+
     def _end(self, swarm: list[Member], fewest: int) -> list[Member]:
-        """Report that the search ends for its batteries, and return nobody.
+        """Report that the search ends for its time or its batteries, and return nobody.
 
         Raises:
             MissionFailedError: the batteries are not what it lacks vehicles for.
         """
         roster = self._context.roster
+        if self._is_time_over:
+            self._context.journal.notice(Severity.WARNING, "Maximum search time reached: all vehicles return")
+            return []
         empty = [one for one in roster.members() if one.left_for_battery and one.task is not Task.SWARM]
         if len(swarm) + len(empty) < fewest:
             lost = len(roster.members(Task.LOST))

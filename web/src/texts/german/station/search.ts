@@ -76,6 +76,10 @@ export const search: readonly StationText[] = [
     "Search ended by the batteries: {left} left in the swarm, {needed} needed ({reasons}). {covered} % of the area was in a frame. All vehicles return",
     "Suche durch die Akkus beendet: {left} im Schwarm übrig, {needed} nötig ({reasons}). {covered} % des Gebiets waren in einem Bild. Alle Drohnen kehren zurück",
   ],
+  [
+    "Waiting for {count} held vehicles: resume them, or return all.",
+    "Warten auf {count} gehaltene Drohnen: Fortsetzen, oder alle zurückholen.",
+  ],
   ["Waiting for a replacement: {left} left in the swarm.", "Warten auf Ersatz: {left} im Schwarm übrig."],
   ["Maximum search time reached: all vehicles return", "Längste Suchzeit erreicht: Alle Drohnen kehren zurück"],
   [
