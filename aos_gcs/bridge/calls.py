@@ -14,6 +14,7 @@ from aos_gcs.mission.command_order import OutdatedError
 from aos_gcs.mission.control import MissionCommands
 from aos_gcs.mission.model.actions import Action, Seen
 from aos_gcs.mission.model.findings import FindingChange
+from aos_gcs.mission.model.proposals import ProposalUse
 from aos_gcs.planning.plan import MissionPlan
 
 _log = logging.getLogger(__name__)
@@ -98,6 +99,9 @@ class MissionCalls:
 
     async def _change_finding(self, finding_id: int, change: FindingChange, operator: str) -> object:
         return await self._commands.change_finding(finding_id, change, operator=operator)
+
+    async def _decide_proposal(self, proposal_id: int, use: ProposalUse, operator: str) -> object:
+        return await self._commands.decide_proposal(proposal_id, use, operator=operator)
 
     async def _apply_plan(self, plan: MissionPlan, operator: str, seen: Seen | None) -> None:
         await self._commands.apply_plan(plan, operator=operator, seen=seen)

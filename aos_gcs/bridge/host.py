@@ -13,6 +13,7 @@ from aos_gcs.bridge.messages import MAX_REQUEST_BYTES, REQUESTS, pack, read_mess
 from aos_gcs.bridge.outbox import Outbox
 from aos_gcs.mission.control import MissionCommands, MissionView
 from aos_gcs.mission.model.events import Event, EventKind, NoticeRecord, PicturesRecord
+from aos_gcs.mission.model.proposals import Proposal
 from aos_gcs.mission.model.sharing import ChannelStatus
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.steps import PictureKind
@@ -60,6 +61,8 @@ class MissionHost:
         """Called when the interface has said that it is alive, with whether it serves clients."""
         self.on_sharing: Callable[[tuple[ChannelStatus, ...]], None] = lambda _: None
         """Called with the states of live sharing."""
+        self.on_proposals: Callable[[str, tuple[Proposal, ...], tuple[str, ...]], None] = lambda *_: None
+        """Called with the system by which others have proposed something, their proposals, and what they deleted."""
 
     async def run(self) -> None:
         """Follow the mission until cancelled."""
@@ -84,6 +87,8 @@ class MissionHost:
                     self.on_alive(*values)
                 elif name == "sharing":
                     self.on_sharing(*values)
+                elif name == "proposals":
+                    self.on_proposals(*values)
                 else:
                     calls.begin(name, *values)
                 await asyncio.sleep(PAUSE_S)

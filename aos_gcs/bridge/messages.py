@@ -19,6 +19,7 @@ from aos_gcs.mission.model.actions import Action, ActionResult, Seen
 from aos_gcs.mission.model.checks import PreflightCheck
 from aos_gcs.mission.model.events import EventKind, NoticeRecord, PicturesRecord, PlanRecord
 from aos_gcs.mission.model.findings import Finding, FindingChange
+from aos_gcs.mission.model.proposals import Proposal, ProposalRecord, ProposalUse
 from aos_gcs.mission.model.sharing import ChannelStatus
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.steps import Picture, StepRecord
@@ -36,6 +37,7 @@ REQUESTS: Final[dict[str, Any]] = {
     "announce": tuple[int, str, str],
     "add_finding": tuple[int, EnuPoint, str, str],
     "change_finding": tuple[int, int, FindingChange, str],
+    "decide_proposal": tuple[int, int, ProposalUse, str],
     "apply_plan": tuple[int, MissionPlan, str, Seen | None],
     "alive": tuple[bool],
 }
@@ -44,8 +46,10 @@ REQUESTS: Final[dict[str, Any]] = {
 SHARING_REQUESTS: Final[dict[str, Any]] = {
     "alive": tuple[bool],
     "sharing": tuple[tuple[ChannelStatus, ...]],
+    "proposals": tuple[str, tuple[Proposal, ...], tuple[str, ...]],
 }
-"""Messages of live sharing, which commands nothing: that it works, and the states of its connections."""
+"""Messages of live sharing, which commands nothing: that it works, the states of its connections, and what others have
+proposed or deleted."""
 
 REPORTS: Final[dict[str, Any]] = {
     "welcome": tuple[float, MissionSnapshot, MissionSettings, tuple[NoticeRecord, ...]],
@@ -65,6 +69,7 @@ REPORTS: Final[dict[str, Any]] = {
     "done announce": tuple[int, None],
     "done add_finding": tuple[int, Finding],
     "done change_finding": tuple[int, Finding],
+    "done decide_proposal": tuple[int, ProposalRecord],
     "done apply_plan": tuple[int, None],
     "refused": tuple[int, str, str],
 }

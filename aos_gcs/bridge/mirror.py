@@ -17,6 +17,7 @@ from aos_gcs.mission.model.actions import Action, ActionResult, Seen
 from aos_gcs.mission.model.checks import PreflightCheck
 from aos_gcs.mission.model.events import Event, EventData, EventKind, JumpRecord, NoticeRecord
 from aos_gcs.mission.model.findings import Finding, FindingChange
+from aos_gcs.mission.model.proposals import Proposal, ProposalRecord, ProposalUse
 from aos_gcs.mission.model.sharing import ChannelStatus
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.steps import Picture, PictureKind, StepRecord
@@ -80,6 +81,10 @@ class MissionMirror:
         """Tell the flight's process the states of live sharing; only the sharing process may."""
         self._writer.write(pack("sharing", statuses))
 
+    def tell_proposals(self, source: str, proposals: tuple[Proposal, ...], withdrawn: tuple[str, ...]) -> None:
+        """Tell the flight's process what others have proposed; only the sharing process may."""
+        self._writer.write(pack("proposals", source, proposals, withdrawn))
+
     def close(self) -> None:
         """Close the connection."""
         self._writer.close()
@@ -139,6 +144,10 @@ class MissionMirror:
     async def change_finding(self, finding_id: int, change: FindingChange, *, operator: str = "") -> Finding:
         """Judge, comment or assign a finding; see ``MissionCommands.change_finding``."""
         return cast("Finding", await self._call("change_finding", finding_id, change, operator))
+
+    async def decide_proposal(self, proposal_id: int, use: ProposalUse, *, operator: str = "") -> ProposalRecord:
+        """Decide about a proposal of others; see ``MissionCommands.decide_proposal``."""
+        return cast("ProposalRecord", await self._call("decide_proposal", proposal_id, use, operator))
 
     @property
     def settings(self) -> MissionSettings:

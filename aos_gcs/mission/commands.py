@@ -4,22 +4,34 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Sequence
+from typing import Final
 
 from aos_gcs.errors import MissionError
-from aos_gcs.geometry.geodesy import EnuPoint
+from aos_gcs.geometry.geodesy import EnuPoint, GeodeticPosition
 from aos_gcs.mission.actions import ActionHandler
 from aos_gcs.mission.context import MissionContext
 from aos_gcs.mission.flow import PlannedFlow
 from aos_gcs.mission.model.actions import Action, ActionResult, Seen
 from aos_gcs.mission.model.checks import PreflightCheck
 from aos_gcs.mission.model.events import EventKind, PlanRecord
-from aos_gcs.mission.model.findings import Finding, FindingChange
+from aos_gcs.mission.model.findings import MAX_DISTANCE_M, Finding, FindingChange
+from aos_gcs.mission.model.proposals import ProposalRecord, ProposalUse
 from aos_gcs.mission.phases import BEFORE_START, check_action
 from aos_gcs.mission.search.findings import Findings
 from aos_gcs.mission.views import LiveView
 from aos_gcs.planning.check import check_plan
 from aos_gcs.planning.plan import MissionPlan, apply_plan
 from aos_gcs.planning.settings import MissionSettings
+
+_USES: Final = {
+    ProposalUse.AREA: "taken over as search area",
+    ProposalUse.NO_GO: "taken over as no-go zone",
+    ProposalUse.FENCE: "taken over as geofence",
+    ProposalUse.LAUNCH: "taken over as launch point",
+    ProposalUse.RETURN: "taken over as return point",
+    ProposalUse.FINDING: "marked as finding",
+    ProposalUse.DISMISSED: "dismissed",
+}
 
 
 class LiveCommands:
@@ -96,6 +108,29 @@ class LiveCommands:
     def _report(self, finding: Finding, text: str) -> None:
         self._context.journal.operator_notice(finding.operator, f"finding {finding.finding_id} {text}")
         self._view.publish()
+
+    async def decide_proposal(self, proposal_id: int, use: ProposalUse, *, operator: str = "") -> ProposalRecord:
+        """Put on record what an operator makes of a proposal of others; see ``MissionCommands.decide_proposal``."""
+        record = self._view.proposals.check(proposal_id, use)
+        proposal = record.proposal
+        who = f"{proposal.sender or 'somebody'} ({proposal.source})"
+        if use is ProposalUse.FINDING:
+            frame = self._context.roster.frame
+            if frame is None:
+                raise MissionError("The mission's origin is not known yet: wait until a vehicle has reported its home.")
+            place = GeodeticPosition(*proposal.points_deg[0], frame.origin.altitude_amsl_m)
+            east_m, north_m, _ = map(float, frame.to_enu(place))
+            if max(abs(east_m), abs(north_m)) > MAX_DISTANCE_M:
+                raise MissionError(
+                    f"The place is more than {MAX_DISTANCE_M / 1000.0:.0f} km from the mission; dismiss it."
+                )
+            comment = f"{proposal.name}, proposed by {who}. {proposal.remarks}".removesuffix(" ")
+            await self.add_finding((east_m, north_m, 0.0), comment, operator=operator)
+        decided = self._view.proposals.decide(proposal_id, use, operator, self._context.clock.utc_s())
+        text = f"proposal '{proposal.name}' of {who} {_USES[use]}"
+        self._context.journal.operator_notice(operator, text)
+        self._view.publish()
+        return decided
 
     @property
     def settings(self) -> MissionSettings:

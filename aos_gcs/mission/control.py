@@ -13,6 +13,7 @@ from aos_gcs.mission.model.checks import PreflightCheck
 from aos_gcs.mission.model.events import Event, NoticeRecord
 from aos_gcs.mission.model.findings import Finding, FindingChange
 from aos_gcs.mission.model.phase import Phase
+from aos_gcs.mission.model.proposals import ProposalRecord, ProposalUse
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.steps import Picture, PictureKind, StepRecord
 from aos_gcs.planning.plan import MissionPlan
@@ -107,6 +108,16 @@ class MissionCommands(FindingCommands, Protocol):
 
     async def announce(self, text: str, *, operator: str = "") -> None:
         """Put on record what operators have settled among themselves, such as who has control."""
+        ...
+
+    async def decide_proposal(self, proposal_id: int, use: ProposalUse, *, operator: str = "") -> ProposalRecord:
+        """Put on record what an operator makes of a proposal of others; one that becomes a finding is marked as one.
+
+        Plans are changed by operators, and applied by :meth:`apply_plan`, whatever is decided here.
+
+        Raises:
+            MissionError: it is gone, was decided about, or cannot be used so.
+        """
         ...
 
     @property

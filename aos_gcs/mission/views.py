@@ -16,6 +16,7 @@ from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.steps import Picture, PictureKind, StepRecord
 from aos_gcs.mission.model.vehicles import VehicleSnapshot
 from aos_gcs.mission.phases import SAMPLING
+from aos_gcs.mission.proposals import Proposals
 from aos_gcs.mission.search.findings import Findings
 from aos_gcs.mission.search.gallery import Gallery
 from aos_gcs.mission.search.ground_mapping import GroundMapping
@@ -83,6 +84,7 @@ class LiveView:
         self.acknowledgements = Acknowledgements()
         self.sharing: tuple[ChannelStatus, ...] = ()
         """States of live sharing, as its process reported them last."""
+        self.proposals = Proposals()
 
     def snapshot(self) -> MissionSnapshot:
         """Return the present state."""
@@ -123,6 +125,7 @@ class LiveView:
             follows_ground=settings.layers_follow_ground,
             started_utc_s=journal.started_utc_s,
             sharing=self.sharing,
+            proposals=self.proposals.all(),
         )
 
     def _vehicles(self) -> tuple[VehicleSnapshot, ...]:

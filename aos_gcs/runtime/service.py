@@ -162,7 +162,7 @@ def _handed_over(sharing: SharingSupervisor, mission: Coordinator) -> AbstractAs
     def show(statuses: tuple[ChannelStatus, ...]) -> None:
         mission.view.sharing = statuses
 
-    return sharing.following(mission.view, mission.commands, show)
+    return sharing.following(mission.view, mission.commands, show, mission.view.proposals)
 
 
 def _ground_of(config: ServiceConfig, mission_id: str) -> Path:

@@ -14,12 +14,13 @@ from aos_gcs.bridge.quiet_view import QuietView
 from aos_gcs.clock import machine_utc_s
 from aos_gcs.mission.control import MissionCommands, MissionView
 from aos_gcs.mission.model.sharing import ChannelStatus
+from aos_gcs.mission.proposals import Proposals
 from aos_gcs.ports import Notice
 from aos_gcs.runtime.sharing_process import SharingStart
 from aos_gcs.runtime.supervisor import Program, Supervisor
 from aos_gcs.sharing.service import make_channels
 from aos_gcs.sharing.settings import SharingSettings
-from aos_gcs.sharing.watch import SharingWatch
+from aos_gcs.sharing.watch import ProposalWatch, SharingWatch
 
 _MODULE: Final = "aos_gcs.runtime.sharing_process"
 _STATE_S: Final = 0.45
@@ -41,7 +42,11 @@ class SharingSupervisor:
 
     @asynccontextmanager
     async def following(
-        self, view: MissionView, commands: MissionCommands, show: Callable[[tuple[ChannelStatus, ...]], None]
+        self,
+        view: MissionView,
+        commands: MissionCommands,
+        show: Callable[[tuple[ChannelStatus, ...]], None],
+        proposals: Proposals,
     ) -> AsyncIterator[None]:
         """Hand a mission over for as long as the context is entered.
 
@@ -49,19 +54,23 @@ class SharingSupervisor:
             view: mission to share.
             commands: has the settings of the mission; the process commands nothing.
             show: takes the states of the channels, about once a second.
+            proposals: takes what others propose.
 
         Raises:
             LinkError: the process cannot be started.
         """
         now_s = asyncio.get_running_loop().time
         watch = SharingWatch(self._notify, now_s)
+        incoming = ProposalWatch(proposals, self._notify, now_s)
 
         def take(statuses: tuple[ChannelStatus, ...]) -> None:
             watch.look(statuses)
+            proposals.expire(machine_utc_s())
             show(statuses)
 
         host = MissionHost(QuietView(view, _STATE_S, now_s), commands, now_s, SHARING_REQUESTS)
         host.on_sharing = take
+        host.on_proposals = incoming.take
         async with self._supervisor.following(host):
             yield
 

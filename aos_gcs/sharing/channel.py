@@ -9,6 +9,7 @@ from typing import Protocol
 from aos_gcs.errors import AosError
 from aos_gcs.mission.model.events import NoticeRecord
 from aos_gcs.mission.model.sharing import ChannelState, ChannelStatus
+from aos_gcs.sharing.proposals import ProposalChanges
 from aos_gcs.sharing.state import SeenState
 
 PAUSES_S = (1.0, 2.0, 4.0)
@@ -44,9 +45,21 @@ class Channel(Protocol):
         """Take a notice; returns at once."""
         ...
 
+    def proposals(self) -> ProposalChanges:
+        """Return what others have proposed since the last call."""
+        ...
+
     async def run(self) -> None:
         """Share until cancelled."""
         ...
+
+
+class SendsOnly:
+    """Part of channels to systems that propose nothing."""
+
+    def proposals(self) -> ProposalChanges:
+        """Return that nobody has proposed anything."""
+        return ProposalChanges()
 
 
 class StatusBoard:
@@ -81,6 +94,10 @@ class StatusBoard:
         """Count messages that were sent."""
         if count:
             self.status = replace(self.status, sent=self.status.sent + count, sent_utc_s=self._utc_s())
+
+    def received(self, received: int, refused: int, reason: str) -> None:
+        """Note what has come from others so far, and why the latest could not be used."""
+        self.status = replace(self.status, received=received, refused=refused, refused_text=reason)
 
     def lost(self, count: int = 1) -> None:
         """Count messages that were given up."""

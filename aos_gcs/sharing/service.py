@@ -9,6 +9,7 @@ from typing import NoReturn, Protocol
 from aos_gcs.errors import AosError, ConfigurationError
 from aos_gcs.mission.control import MissionView
 from aos_gcs.mission.model.events import EventData, JumpRecord, NoticeRecord
+from aos_gcs.mission.model.proposals import Proposal
 from aos_gcs.mission.model.sharing import ChannelStatus
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.sharing.caltopo.channel import MapChannel, PositionChannel
@@ -43,6 +44,10 @@ class Source(MissionView, Protocol):
 
     def tell_sharing(self, statuses: tuple[ChannelStatus, ...]) -> None:
         """Tell the flight's process the states of live sharing."""
+        ...
+
+    def tell_proposals(self, source: str, proposals: tuple[Proposal, ...], withdrawn: tuple[str, ...]) -> None:
+        """Tell the flight's process what others have proposed by a channel."""
         ...
 
 
@@ -150,4 +155,7 @@ def _notices(data: EventData) -> Sequence[NoticeRecord]:
 async def _tell(source: Source, channels: Sequence[Channel]) -> NoReturn:
     while True:
         source.tell_sharing(tuple(channel.status for channel in channels))
+        for channel in channels:
+            if changes := channel.proposals():
+                source.tell_proposals(changes.source, changes.proposals, changes.withdrawn)
         await asyncio.sleep(TELL_S)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ipaddress
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -39,7 +40,9 @@ class TakSettings:
     server_name: str | None = None
     """Name in the server's certificate; by default the host of ``url``."""
     interface: str | None = None
-    """Address of the network interface that multicast leaves by; by default the system's choice."""
+    """Address of the network interface that multicast leaves and comes by; by default the system's choice."""
+    receive: bool = False
+    """Whether marks and drawings of others become proposals for the plan; for multicast, ``tcp`` and ``tls``."""
     geoid: str | None = None
     """PROJ's grid of the geoid EGM96; by default looked for in PROJ's folders."""
 
@@ -60,6 +63,8 @@ class TakSettings:
             raise ConfigurationError("give certificate_file and key_file together.")
         if self.interface is not None and transport is not TakTransport.UDP:
             raise ConfigurationError("interface is for udp:// only.")
+        if self.receive and transport is TakTransport.UDP and not self.is_multicast:
+            raise ConfigurationError("receive needs an IPv4 multicast group such as udp://239.2.3.1:6969, or a server.")
 
     @property
     def transport(self) -> TakTransport:
@@ -68,6 +73,14 @@ class TakSettings:
         if scheme not in set(TakTransport):
             raise ConfigurationError(f"url must begin with udp://, tcp:// or tls://, not {scheme or 'nothing'}.")
         return TakTransport(scheme)
+
+    @property
+    def is_multicast(self) -> bool:
+        """Whether the host is an IPv4 multicast group."""
+        try:
+            return ipaddress.IPv4Address(self.address[0]).is_multicast
+        except ValueError:
+            return False
 
     @property
     def address(self) -> tuple[str, int]:

@@ -55,7 +55,7 @@ async def measure(vehicles: int, seconds: float) -> None:
         settings = SharingSettings(TakSettings(f"tcp://127.0.0.1:{port}"))
         async with open_sharing_process(settings, print) as sharing:
             assert sharing is not None
-            async with sharing.following(mission, mission, statuses.extend):
+            async with sharing.following(mission, mission, statuses.extend, mission.proposals):
                 await server.until(lambda: bool(statuses) and statuses[-1].state is ChannelState.CONNECTED)
                 pid = child()
                 own, theirs, events = cpu_s(os.getpid()), cpu_s(pid), len(server.events)

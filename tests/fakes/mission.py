@@ -22,12 +22,14 @@ from aos_gcs.mission.model.checks import CheckOverride, CheckStatus, PreflightCh
 from aos_gcs.mission.model.events import Event, EventKind, NoticeRecord, PicturesRecord, PlanRecord
 from aos_gcs.mission.model.findings import ErrorEllipse, Finding, FindingChange, TargetEstimate
 from aos_gcs.mission.model.phase import Outcome, Phase, Suspension
+from aos_gcs.mission.model.proposals import ProposalRecord, ProposalUse
 from aos_gcs.mission.model.sharing import ChannelStatus
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.steps import FocusSnapshot, FocusSource, Picture, PictureKind, StepRecord
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.phases import check_action
 from aos_gcs.mission.preflight.checks import failed, passed
+from aos_gcs.mission.proposals import Proposals
 from aos_gcs.mission.search.findings import Findings
 from aos_gcs.planning.plan import MissionPlan, apply_plan
 from aos_gcs.planning.settings import MissionSettings, TerrainSettings
@@ -64,6 +66,7 @@ class ScriptedMission:
         self.order = CommandOrder("scripted-1", lambda: 0.0, math.inf)
         """Commands of any age are taken, since the machine may be busy; tests of their age replace it."""
         self.sharing: tuple[ChannelStatus, ...] = ()
+        self.proposals = Proposals()
         self._clock = clock
         self._notices = 0
         self.operators: list[str] = []
@@ -120,6 +123,7 @@ class ScriptedMission:
             acknowledgements=self.acknowledgements.all(),
             command_count=self.order.count,
             sharing=self.sharing,
+            proposals=self.proposals.all(),
             started_utc_s=self._started_utc_s,
             ground=GROUND if self._steps else None,
             scan_left_s=252.0 if self._steps else None,
@@ -206,6 +210,10 @@ class ScriptedMission:
     async def announce(self, text: str, *, operator: str = "") -> None:
         """Put on record what operators have settled."""
         self.announced.append((operator, text))
+
+    async def decide_proposal(self, proposal_id: int, use: ProposalUse, *, operator: str = "") -> ProposalRecord:
+        """Decide about a proposal."""
+        return self.proposals.decide(proposal_id, use, operator, self._clock.utc_s())
 
     @property
     def settings(self) -> MissionSettings:

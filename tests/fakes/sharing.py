@@ -60,6 +60,8 @@ class TakServer:
     events: list[ET.Element] = field(default_factory=list)
     is_paused: bool = False
     connections: int = 0
+    marks: bytes = b""
+    """What each new client is sent at once, as servers send what others have drawn."""
 
     def uids(self) -> list[str]:
         return [event.get("uid", "") for event in self.events]
@@ -70,6 +72,7 @@ class TakServer:
 
     async def serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         self.connections += 1
+        writer.write(self.marks)
         rest = b""
         try:
             while True:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import math
+import socket
 import ssl
 import time
 from collections.abc import AsyncIterator
-from contextlib import AsyncExitStack, asynccontextmanager
+from contextlib import AsyncExitStack, asynccontextmanager, closing
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
@@ -29,21 +31,31 @@ from tests.timing import scaled_s
 FINDING = "aos-gcs.scripted-1.finding.1"
 
 
+def mark(uid: str) -> bytes:
+    """Return a mark that somebody has set just now."""
+    now = datetime.now(UTC)
+    times = {"time": now, "start": now, "stale": now + timedelta(minutes=5.0)}
+    written = " ".join(f'{name}="{one.isoformat()}"' for name, one in times.items())
+    point = '<point lat="48.0" lon="15.0" hae="9999999.0" ce="10.0" le="10.0"/>'
+    return f'<event version="2.0" uid="{uid}" type="b-m-p-s-m" how="h-g-i-g-o" {written}>{point}</event>'.encode()
+
+
 async def test_findings_reach_a_server_that_is_restarted_and_leave_it_when_they_are_rejected() -> None:
     mission, notices, statuses = ScriptedMission(LoopClock()), list[Notice](), list[ChannelStatus]()
-    server = TakServer(time.time)
+    server = TakServer(time.time, marks=mark("drawn-1"))
     async with AsyncExitStack() as stack, AsyncExitStack() as first:
         await stack.enter_async_context(asyncio.timeout(scaled_s(40.0)))
         port = await first.enter_async_context(server.listening())
-        settings = SharingSettings(TakSettings(f"tcp://127.0.0.1:{port}"))
+        settings = SharingSettings(TakSettings(f"tcp://127.0.0.1:{port}", receive=True))
         sharing = await stack.enter_async_context(open_sharing_process(settings, notices.append))
         assert sharing is not None
-        await stack.enter_async_context(sharing.following(mission, mission, statuses.extend))
+        await stack.enter_async_context(sharing.following(mission, mission, statuses.extend, mission.proposals))
         flying = asyncio.create_task(mission.run())
         stack.callback(flying.cancel)
         found = await mission.add_finding((10.0, 20.0, 0.0), "jacket", operator="Ada")
         await server.until(lambda: {"aos-gcs.vehicle.1", FINDING} <= set(server.uids()))
         await server.until(lambda: statuses[-1].state is ChannelState.CONNECTED)
+        await server.until(lambda: bool(mission.proposals.all()))
         await first.aclose()
         await server.until(lambda: statuses[-1].state is ChannelState.FAILED)
         await mission.change_finding(found.finding_id, FindingChange(FindingStatus.REJECTED), operator="Ada")
@@ -53,6 +65,8 @@ async def test_findings_reach_a_server_that_is_restarted_and_leave_it_when_they_
         # The server may be back before the decision has arrived: the deletion has the last word.
         assert FINDING not in server.uids()[server.uids().index(f"{FINDING}.delete") :]
         await server.until(lambda: statuses[-1].state is ChannelState.CONNECTED)
+    assert [record.proposal.uid for record in mission.proposals.all()] == ["drawn-1"]
+    assert "From TAK: one proposal waits for the plan" in [notice.text for notice in notices]
     assert any("Sharing with TAK" in notice.text and "Connected" in notice.text for notice in notices)
 
 
@@ -83,6 +97,23 @@ async def test_a_server_that_takes_nothing_is_given_up(monkeypatch: pytest.Monke
         await stream.send([b"x" * 10_000_000])
     await stream.close()
     far_writer.close()
+
+
+async def test_a_member_of_a_group_hears_the_marks_of_others_and_not_its_own() -> None:
+    with closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as other:
+        other.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton("127.0.0.1"))
+        other.bind(("127.0.0.1", 0))
+        port = other.getsockname()[1]  # free for the group, too, as long as this socket is open
+        settings = TakSettings(f"udp://239.2.3.1:{port}", interface="127.0.0.1", receive=True)
+        async with running(settings) as channel:
+            await until(channel, "Sending")
+            for datagram in (b"<event", b"<event how='h-e' no XML></event>", mark("drawn-2")):
+                other.sendto(datagram, ("239.2.3.1", port))
+            while not channel.status.received:  # noqa: ASYNC110 - nothing announces it
+                await asyncio.sleep(0.02)
+            assert channel.status.sent > 0
+            assert [one.uid for one in channel.proposals().proposals] == ["drawn-2"]
+            assert (channel.status.refused, channel.status.refused_text) == (1, "an event that is no XML")
 
 
 @pytest.fixture(scope="module")

@@ -158,5 +158,8 @@ async def test_the_page_is_told_how_each_receiver_does() -> None:
             "sent": 0,
             "lost": 0,
             "sent_utc_s": None,
+            "received": 0,
+            "refused": 0,
+            "refused_text": "",
         }
     ]

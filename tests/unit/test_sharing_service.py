@@ -14,8 +14,10 @@ from aos_gcs.cli import main
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.mission.model.events import Event, EventKind, JumpRecord, NoticeRecord
+from aos_gcs.mission.model.proposals import Proposal
 from aos_gcs.mission.model.sharing import ChannelState, ChannelStatus
 from aos_gcs.ports import Severity
+from aos_gcs.sharing.proposals import ProposalChanges
 from aos_gcs.sharing.service import CALTOPO_SECRET, CONNECT_KEY, WEBHOOK_SECRET, make_channels, share
 from aos_gcs.sharing.settings import CaltopoSettings, SharingSettings, TakSettings, WebhookSettings
 from aos_gcs.sharing.state import SeenState
@@ -32,6 +34,10 @@ class Channel:
         self.status = ChannelStatus("test", "nowhere", ChannelState.CONNECTED, "Connected")
         self.states: list[SeenState] = []
         self.notices: list[int] = []
+        self.waiting = [ProposalChanges("TAK", (), ("gone",)), ProposalChanges("TAK")]
+
+    def proposals(self) -> ProposalChanges:
+        return self.waiting.pop(0) if self.waiting else ProposalChanges()
 
     def put(self, state: SeenState) -> None:
         self.states.append(state)
@@ -51,6 +57,10 @@ class Source(ScriptedMission):
         self.heard_at_s = 7.0
         self.notices: list[NoticeRecord] = []
         self.told: list[tuple[ChannelStatus, ...]] = []
+        self.proposed: list[tuple[str, tuple[Proposal, ...], tuple[str, ...]]] = []
+
+    def tell_proposals(self, source: str, proposals: tuple[Proposal, ...], withdrawn: tuple[str, ...]) -> None:
+        self.proposed.append((source, proposals, withdrawn))
 
     def tell_sharing(self, statuses: tuple[ChannelStatus, ...]) -> None:
         self.told.append(statuses)
@@ -80,6 +90,7 @@ async def test_channels_get_the_present_state_newer_ones_and_how_they_do_is_told
         await asyncio.sleep(2.5)
     assert [state.published_at_s for state in channel.states] == [7.0, 7.0]
     assert source.told == [(channel.status,)] * 3
+    assert source.proposed == [("TAK", (), ("gone",))]
 
 
 @pytest.mark.looptime

@@ -3,24 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree as ET
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aos_gcs.errors import ConfigurationError
+from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.imaging.persons.decision import FindingKind
 from aos_gcs.mission.model.findings import ErrorEllipse, Finding, FindingStatus
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.sharing.heights import ellipsoidal_m, undulations
 from aos_gcs.sharing.settings import TakSettings
-from aos_gcs.sharing.tak.answers import Answers
 from aos_gcs.sharing.tak.board import DELETIONS, MarkBoard
 from aos_gcs.sharing.tak.events import Mark
+from aos_gcs.sharing.tak.incoming import EventSplitter, parse_event, pong_utc_s
 from aos_gcs.sharing.tak.scene import Scene, scene
 from tests.fakes.elevation_files import PLACE_DEG, write_geoid
 from tests.fakes.scripted_vehicle import ORIGIN
@@ -230,12 +232,21 @@ def test_a_finding_that_was_rejected_by_mistake_comes_back() -> None:
 # --- answers ----------------------------------------------------------------------------------------------------------
 
 
+def pongs(stream: EventSplitter, data: bytes) -> list[float]:
+    """Return the times of the answers to pings in further bytes of a stream."""
+    found = []
+    for event in stream.feed(data):
+        with suppress(InputDataError):
+            found.append(pong_utc_s(parse_event(event)))
+    return [utc_s for utc_s in found if utc_s is not None]
+
+
 @given(st.lists(st.sampled_from([PONG, b"\n", b'<event uid="x" type="a-f"><point/></event>']), max_size=8), st.data())
 def test_answers_are_found_however_the_stream_is_cut(parts: list[bytes], data: st.DataObject) -> None:
-    stream, answers = b"".join(parts), Answers()
+    stream, splitter = b"".join(parts), EventSplitter()
     cuts = sorted(data.draw(st.lists(st.integers(0, len(stream)), max_size=5)))
     pieces = [stream[a:b] for a, b in zip([0, *cuts], [*cuts, len(stream)], strict=True)]
-    assert [found for piece in pieces for found in answers.feed(piece)] == [PONG_UTC_S] * parts.count(PONG)
+    assert [found for piece in pieces for found in pongs(splitter, piece)] == [PONG_UTC_S] * parts.count(PONG)
 
 
 @pytest.mark.parametrize(
@@ -248,15 +259,15 @@ def test_answers_are_found_however_the_stream_is_cut(parts: list[bytes], data: s
     ],
 )
 def test_hostile_answers_say_nothing(hostile: bytes) -> None:
-    assert Answers().feed(hostile) == []
+    assert pongs(EventSplitter(), hostile) == []
 
 
 def test_an_event_without_an_end_is_not_kept() -> None:
-    answers = Answers()
+    splitter = EventSplitter()
     for _ in range(100):
-        answers.feed(b"x" * 10_000)
-    assert len(answers._buffer) <= 65_536
-    assert answers.feed(b"</event>" + PONG) == [PONG_UTC_S]
+        splitter.feed(b"x" * 10_000)
+    assert len(splitter._buffer) <= 65_536
+    assert pongs(splitter, b"</event>" + PONG) == [PONG_UTC_S]
 
 
 # --- settings ---------------------------------------------------------------------------------------------------------
@@ -274,8 +285,10 @@ def test_an_event_without_an_end_is_not_kept() -> None:
         ({"url": "tcp://host:8087", "ca_file": "ca.pem"}, "ca_file is for tls"),
         ({"url": "tcp://host:8087", "interface": "10.0.0.1"}, "interface is for udp"),
         ({"url": "tcp://host:8087", "name": "a<b"}, "name must"),
+        ({"url": "udp://10.0.0.5:6969", "receive": True}, "receive needs an IPv4 multicast group"),
+        ({"url": "udp://host:6969", "receive": True}, "receive needs an IPv4 multicast group"),
     ],
 )
-def test_settings_that_cannot_work_are_refused(fields: dict[str, str], text: str) -> None:
+def test_settings_that_cannot_work_are_refused(fields: dict[str, Any], text: str) -> None:
     with pytest.raises(ConfigurationError, match=text):
         TakSettings(**fields)  # type: ignore[arg-type]

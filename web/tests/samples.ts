@@ -72,6 +72,7 @@ export function mission(changes: Partial<Mission> = {}): Mission {
     findings: [],
     acknowledgements: [],
     sharing: [],
+    proposals: [],
     command_count: 0,
     min_separation_m: null,
     focus: { height_m: 0, source: "configured", sigma_m: null },

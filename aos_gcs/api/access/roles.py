@@ -46,6 +46,7 @@ ROUTE_ROLES: Final[Mapping[tuple[str, str], Role]] = MappingProxyType(
         ("PUT", "/api/plans/{name:path}"): _OPERATOR,
         ("DELETE", "/api/plans/{name:path}"): _OPERATOR,
         ("POST", "/api/plan/apply"): _OPERATOR,
+        ("POST", "/api/proposals/{proposal_id}"): _OPERATOR,
         ("POST", "/api/findings"): _ANALYST,
         ("PATCH", "/api/findings/{finding_id}"): _ANALYST,
         ("POST", "/api/notices/acknowledge"): _OPERATOR,

@@ -11,6 +11,7 @@ from aos_gcs.api.convert.findings import finding, target
 from aos_gcs.api.convert.notices import acknowledgement
 from aos_gcs.api.convert.places import finite, geodetic, percent, rounded, scan_leg, vertices
 from aos_gcs.api.convert.preflight import preflight_check
+from aos_gcs.api.convert.proposals import proposal
 from aos_gcs.api.convert.replay import replay_state
 from aos_gcs.api.convert.reuse import Reused, ReusedItems
 from aos_gcs.api.convert.sharing import channel
@@ -55,6 +56,7 @@ class MissionConverter:
         self._findings = ReusedItems(partial(finding, origin=origin))
         self._acknowledgements = ReusedItems(acknowledgement)
         self._sharing = ReusedItems(channel)
+        self._proposals = ReusedItems(proposal)
         self._area = Reused(self._polygon)
         self._fence = Reused(self._polygon)
         self._no_go = ReusedItems(self._polygon)
@@ -101,6 +103,7 @@ class MissionConverter:
             acknowledgements=self._acknowledgements(snapshot.acknowledgements),
             command_count=snapshot.command_count,
             sharing=self._sharing(snapshot.sharing),
+            proposals=self._proposals(snapshot.proposals),
             replay=replay_state(replay) if replay else None,
             allowed_actions=[] if replay or is_survey else allowed_actions(snapshot),
         )

@@ -17,4 +17,7 @@ def channel(status: ChannelStatus) -> ChannelModel:
         sent=status.sent,
         lost=status.lost,
         sent_utc_s=rounded(status.sent_utc_s, 0),
+        received=status.received,
+        refused=status.refused,
+        refused_text=status.refused_text,
     )

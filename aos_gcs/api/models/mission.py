@@ -11,6 +11,7 @@ from aos_gcs.api.models.control import ControlModel
 from aos_gcs.api.models.findings import FindingModel, TargetModel
 from aos_gcs.api.models.notices import AcknowledgementModel
 from aos_gcs.api.models.preflight import PreflightCheckModel
+from aos_gcs.api.models.proposals import ProposalModel
 from aos_gcs.api.models.replay import ReplayModel
 from aos_gcs.api.models.sharing import ChannelModel
 from aos_gcs.api.models.vehicles import VehicleModel
@@ -90,6 +91,9 @@ class MissionModel(WireModel):
     )
     command_count: int = Field(description="Number of the latest operator's command that was carried out.")
     sharing: list[ChannelModel] = Field(description="Systems that data is shared with live; empty without any.")
+    proposals: list[ProposalModel] = Field(
+        description="Marks and drawings that others propose for the plan, oldest first."
+    )
     control: ControlModel | None = Field(
         description="Who of several operators commands; null where nobody signs in or nothing can be commanded."
     )

@@ -18,3 +18,6 @@ class ChannelModel(WireModel):
     sent: int = Field(description="Messages sent so far.")
     lost: int = Field(description="Messages that were given up.")
     sent_utc_s: float | None = Field(description="Time of the latest message sent; null before the first.")
+    received: int = Field(description="Marks and drawings of others that came as proposals for the plan.")
+    refused: int = Field(description="Messages of others that could not be used.")
+    refused_text: str = Field(description="Reason of the latest of these, without a full stop.")

@@ -15,13 +15,11 @@ from aos_gcs.errors import InputDataError, MissionError
 from aos_gcs.exports.finding_files import FORMATS, PlacedFinding
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.mission.control import MissionView
-from aos_gcs.mission.model.findings import Finding, FindingChange
+from aos_gcs.mission.model.findings import MAX_DISTANCE_M, Finding, FindingChange
 from aos_gcs.mission.viewing import ViewKind, ViewWindow
 
 router = APIRouter(prefix="/api/findings", tags=["findings"])
 
-MAX_DISTANCE_M = 50_000.0
-"""Largest distance from the origin; a farther one is a mistake."""
 _THUMBNAIL_HALF_WIDTH_M = 4.0
 
 FindingId = Annotated[int, Path(ge=1)]

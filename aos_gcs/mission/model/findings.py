@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Final
 
 from aos_gcs.geometry.geodesy import EnuPoint
 from aos_gcs.imaging.persons.decision import CLAIMED, FindingKind
@@ -18,6 +19,9 @@ KIND_NAMES: Mapping[FindingKind, str] = {
     FindingKind.ANOMALY: "Anomaly",
 }
 """Names for operators; the dashboard uses the same."""
+
+MAX_DISTANCE_M: Final = 50_000.0
+"""Largest distance from the origin of a place that is marked by hand; a farther one is a mistake."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -34,3 +34,9 @@ class ChannelStatus:
     """Messages that were given up."""
     sent_utc_s: float | None = None
     """Time of the latest message sent; None before the first."""
+    received: int = 0
+    """Marks and drawings of others that came as proposals for the plan."""
+    refused: int = 0
+    """Messages of others that could not be used."""
+    refused_text: str = ""
+    """Reason of the latest of these, without a full stop."""

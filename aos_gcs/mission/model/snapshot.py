@@ -9,6 +9,7 @@ from aos_gcs.groundmap.figures import GroundFigures
 from aos_gcs.mission.model.checks import PreflightCheck
 from aos_gcs.mission.model.findings import Finding, TargetEstimate
 from aos_gcs.mission.model.phase import Outcome, Phase, Suspension
+from aos_gcs.mission.model.proposals import ProposalRecord
 from aos_gcs.mission.model.sharing import ChannelStatus
 from aos_gcs.mission.model.steps import FocusSnapshot
 from aos_gcs.mission.model.vehicles import VehicleSnapshot
@@ -76,6 +77,8 @@ class MissionSnapshot:
     """Clock time of the start; None before it, in older records and in surveys."""
     sharing: tuple[ChannelStatus, ...] = ()
     """Systems that data is shared with; empty where none is configured, and in older records."""
+    proposals: tuple[ProposalRecord, ...] = ()
+    """Marks and drawings of others that are proposed for the plan, oldest first."""
     ground: GroundFigures | None = None
     """What has been searched, by the map of it; None before the first figures, and in older records."""
     scan_left_s: float | None = None

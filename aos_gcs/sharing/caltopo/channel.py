@@ -13,7 +13,7 @@ from aos_gcs.mission.model.sharing import ChannelStatus
 from aos_gcs.sharing.caltopo.board import Change, MapBoard
 from aos_gcs.sharing.caltopo.objects import Tracks, objects
 from aos_gcs.sharing.caltopo.requests import Credential, device_name, position_report, signed
-from aos_gcs.sharing.channel import PAUSES_S, ChannelError, StatusBoard
+from aos_gcs.sharing.channel import PAUSES_S, ChannelError, SendsOnly, StatusBoard
 from aos_gcs.sharing.http import Answer, Request, Requests
 from aos_gcs.sharing.settings import CaltopoSettings, without_secrets
 from aos_gcs.sharing.state import SeenState
@@ -28,7 +28,7 @@ _CLOCK_S = 60.0
 """Difference of the clocks that explains a refusal: signatures expire after two minutes."""
 
 
-class PositionChannel:
+class PositionChannel(SendsOnly):
     """Reports the positions of the vehicles.
 
     Args:
@@ -125,7 +125,7 @@ class PositionChannel:
         return requests
 
 
-class MapChannel:
+class MapChannel(SendsOnly):
     """Keeps findings, area, legs and tracks on a map up to date, one request after the other.
 
     Args:

@@ -6,16 +6,19 @@ import asyncio
 from collections.abc import Callable
 from typing import NoReturn
 
+from aos_gcs.errors import InputDataError
 from aos_gcs.mission.model.events import NoticeRecord
 from aos_gcs.mission.model.sharing import ChannelStatus
 from aos_gcs.sharing.channel import PAUSES_S, ChannelError, StatusBoard
 from aos_gcs.sharing.heights import UndulationM
+from aos_gcs.sharing.proposals import ProposalChanges
 from aos_gcs.sharing.settings import TakSettings
 from aos_gcs.sharing.state import Newest, SeenState
-from aos_gcs.sharing.tak.answers import Answers
 from aos_gcs.sharing.tak.board import MarkBoard
 from aos_gcs.sharing.tak.connection import Connection, connect
 from aos_gcs.sharing.tak.events import ping_xml
+from aos_gcs.sharing.tak.inbox import Inbox
+from aos_gcs.sharing.tak.incoming import PONG_TYPE, EventSplitter, parse_event, pong_utc_s
 from aos_gcs.sharing.tak.scene import scene
 
 PING_S = 10.0
@@ -52,6 +55,7 @@ class TakChannel:
         self._utc_s = utc_s
         self._newest = Newest()
         self._board = MarkBoard()
+        self._inbox = Inbox(settings.name, undulation_m, now_s, utc_s)
         self._statuses = StatusBoard("TAK", settings.url, utc_s)
         self._clock_text = ""
         self._answered_at_s = 0.0
@@ -67,6 +71,10 @@ class TakChannel:
 
     def take(self, notice: NoticeRecord) -> None:
         """Ignore a notice: maps show none."""
+
+    def proposals(self) -> ProposalChanges:
+        """Return what others have proposed since the last call; nothing unless that is wanted."""
+        return self._inbox.changes()
 
     async def run(self) -> NoReturn:
         """Share until cancelled."""
@@ -116,12 +124,33 @@ class TakChannel:
                 self._statuses.connected(self._text(connection))
 
     async def _receive(self, connection: Connection) -> NoReturn:
-        answers = Answers()
+        splitter = EventSplitter()
         while True:
-            for server_utc_s in answers.feed(await connection.receive()):
-                self._clock_text = _clock_text(server_utc_s - self._utc_s())
-                self._answered_at_s = self._now_s()
-                self._statuses.connected(self._text(connection))
+            data = await connection.receive()
+            if not connection.answers:
+                splitter = EventSplitter()  # Each datagram begins anew, whatever the one before was.
+            for event in splitter.feed(data):
+                self._take(event, connection)
+            if self._settings.receive:
+                inbox = self._inbox
+                self._statuses.received(inbox.received, inbox.refused, inbox.reason)
+
+    def _take(self, event: bytes, connection: Connection) -> None:
+        """Take an event of others: an answer to a ping, or what may be a proposal."""
+        if PONG_TYPE not in event and not (self._settings.receive and self._inbox.admits(event)):
+            return
+        try:
+            element = parse_event(event)
+        except InputDataError as error:
+            self._inbox.refuse(str(error))
+            return
+        server_utc_s = pong_utc_s(element)
+        if server_utc_s is not None:
+            self._clock_text = _clock_text(server_utc_s - self._utc_s())
+            self._answered_at_s = self._now_s()
+            self._statuses.connected(self._text(connection))
+        elif self._settings.receive:
+            self._inbox.take(element)
 
     def _text(self, connection: Connection) -> str:
         text = "Connected" if connection.answers else "Sending; datagrams are not acknowledged"

@@ -6,10 +6,11 @@ import asyncio
 import ipaddress
 import socket
 import ssl
+import sys
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, cast
 
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.sharing.channel import ChannelError
@@ -52,11 +53,18 @@ class Connection(Protocol):
 
 
 class Datagrams:
-    """Sends events to a multicast group or one receiver; what the system cannot take at once is dropped."""
+    """Sends events to a multicast group or one receiver; what the system cannot take at once is dropped.
+
+    Args:
+        address: host and port.
+        interface: address of the network interface for multicast; None: the system's choice.
+        receive: whether to join the group, and to hear what others send to it.
+    """
 
     answers = False
 
-    def __init__(self, address: tuple[str, int], interface: str | None) -> None:
+    def __init__(self, address: tuple[str, int], interface: str | None, *, receive: bool = False) -> None:
+        self._listening: socket.socket | None = None
         family = socket.AF_INET6 if ":" in address[0] else socket.AF_INET
         self._socket = socket.socket(family, socket.SOCK_DGRAM)
         self._socket.setblocking(False)
@@ -67,6 +75,7 @@ class Datagrams:
                     own = socket.inet_aton(interface)
                     self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, own)
             self._socket.connect(address)
+            self._listening = _member(address, interface) if receive else None
         except OSError:
             self._socket.close()
             raise
@@ -87,13 +96,38 @@ class Datagrams:
         return count
 
     async def receive(self) -> bytes:
-        """Wait for ever: nobody answers."""
-        await asyncio.Event().wait()
-        return b""
+        """Wait for a datagram of the group; for ever unless this is a member of it."""
+        if self._listening is None:
+            await asyncio.Event().wait()
+            return b""
+        try:
+            return await asyncio.get_running_loop().sock_recv(self._listening, _READ_BYTES)
+        except OSError as error:
+            raise ChannelError(f"The network gives no message: {error.strerror}.") from error
 
     async def close(self) -> None:
-        """Close the socket."""
+        """Close the sockets."""
         self._socket.close()
+        if self._listening is not None:
+            self._listening.close()
+
+
+def _member(address: tuple[str, int], interface: str | None) -> socket.socket:
+    """Return a socket that hears what is sent to a multicast group, beside other programs of this machine."""
+    listening = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    try:
+        listening.setblocking(False)
+        listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        if hasattr(socket, "SO_REUSEPORT"):
+            listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)
+        # Bound to the group where the system can: else all that is sent to this port would be heard.
+        listening.bind(("" if sys.platform == "win32" else address[0], address[1]))
+        own = socket.inet_aton(interface or "0.0.0.0")  # noqa: S104 - stands for any interface
+        listening.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, socket.inet_aton(address[0]) + own)
+    except OSError:
+        listening.close()
+        raise
+    return listening
 
 
 class Stream:
@@ -159,7 +193,8 @@ async def connect(settings: TakSettings) -> Connection:
         async with asyncio.timeout(CONNECT_S):
             if settings.transport is TakTransport.UDP:
                 infos = await asyncio.get_running_loop().getaddrinfo(host, port, type=socket.SOCK_DGRAM)
-                return Datagrams(infos[0][4][:2], settings.interface)  # type: ignore[arg-type]
+                address = cast("tuple[str, int]", infos[0][4][:2])
+                return Datagrams(address, settings.interface, receive=settings.receive)
             context = None if settings.transport is TakTransport.TCP else tls_context(settings)
             name = None if context is None else settings.server_name or host
             return Stream(*await asyncio.open_connection(host, port, ssl=context, server_hostname=name))

@@ -9,7 +9,7 @@ from typing import NoReturn
 from aos_gcs.mission.model.events import NoticeRecord
 from aos_gcs.mission.model.sharing import ChannelStatus
 from aos_gcs.ports import Severity
-from aos_gcs.sharing.channel import ChannelError, StatusBoard
+from aos_gcs.sharing.channel import ChannelError, SendsOnly, StatusBoard
 from aos_gcs.sharing.http import Request, Requests
 from aos_gcs.sharing.settings import WebhookSettings, without_secrets
 from aos_gcs.sharing.state import SeenState
@@ -30,7 +30,7 @@ _REMEDY = "check its address and the secret"
 _ALERTS = frozenset({Severity.NEWS, Severity.WARNING, Severity.CRITICAL})
 
 
-class WebhookChannel:
+class WebhookChannel(SendsOnly):
     """Delivers messages to the web hook.
 
     Args:

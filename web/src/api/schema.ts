@@ -720,6 +720,46 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/proposals": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Proposals
+     * @description Return the proposals that wait, and those that were decided about, oldest first.
+     */
+    get: operations["read_proposals_api_proposals_get"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/proposals/{proposal_id}": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Decide
+     * @description Put on record what an operator makes of a proposal; one that becomes a finding is marked as one.
+     */
+    post: operations["decide_api_proposals__proposal_id__post"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
   "/api/relief": {
     parameters: {
       query?: never;
@@ -1196,6 +1236,21 @@ export interface components {
       lost: number;
       /** Name */
       name: string;
+      /**
+       * Received
+       * @description Marks and drawings of others that came as proposals for the plan.
+       */
+      received: number;
+      /**
+       * Refused
+       * @description Messages of others that could not be used.
+       */
+      refused: number;
+      /**
+       * Refused Text
+       * @description Reason of the latest of these, without a full stop.
+       */
+      refused_text: string;
       /**
        * Sent
        * @description Messages sent so far.
@@ -1881,6 +1936,11 @@ export interface components {
       planned_vehicles: number;
       /** Preflight */
       preflight: components["schemas"]["PreflightCheckModel"][];
+      /**
+       * Proposals
+       * @description Marks and drawings that others propose for the plan, oldest first.
+       */
+      proposals: components["schemas"]["ProposalModel"][];
       /** @description Replay that is shown; null for a live mission. */
       replay: components["schemas"]["ReplayModel"] | null;
       /**
@@ -2439,6 +2499,90 @@ export interface components {
        */
       vehicle_id: number;
     };
+    /**
+     * ProposalDecision
+     * @description What an operator makes of a proposal; the plan is changed by other requests.
+     */
+    ProposalDecision: {
+      use: components["schemas"]["ProposalUse"];
+    };
+    /**
+     * ProposalModel
+     * @description A mark or a drawing of somebody else, which is in no plan unless an operator takes it over.
+     */
+    ProposalModel: {
+      /**
+       * Altitude Amsl M
+       * @description Altitude of a point above mean sea level, where it is known.
+       */
+      altitude_amsl_m: number | null;
+      /**
+       * Kind
+       * @description Type in the terms of the other system.
+       */
+      kind: string;
+      /** Name */
+      name: string;
+      /**
+       * Operator
+       * @description Who has decided.
+       */
+      operator: string;
+      /**
+       * Places
+       * @description Points; an area does not repeat the first one.
+       */
+      places: components["schemas"]["PlaceModel"][];
+      /**
+       * Proposal Id
+       * @description One whose content changes gets another number.
+       */
+      proposal_id: number;
+      /** Received Utc S */
+      received_utc_s: number;
+      /** Remarks */
+      remarks: string;
+      /**
+       * Sender
+       * @description Call sign of the sender; empty where the mark names none.
+       */
+      sender: string;
+      /**
+       * Sent Utc S
+       * @description Time at which it was made, by the sender's clock.
+       */
+      sent_utc_s: number;
+      shape: components["schemas"]["ProposalShape"];
+      /**
+       * Source
+       * @description System that it comes from, such as TAK.
+       */
+      source: string;
+      /**
+       * Stale Utc S
+       * @description Time from which it is out of date, by the sender's clock.
+       */
+      stale_utc_s: number;
+      /** @description What an operator has made of it; null until somebody has decided. */
+      use: components["schemas"]["ProposalUse"] | null;
+      /**
+       * Uses
+       * @description What it can be used for.
+       */
+      uses: components["schemas"]["ProposalUse"][];
+    };
+    /**
+     * ProposalShape
+     * @description Form of a proposal.
+     * @enum {string}
+     */
+    ProposalShape: "point" | "line" | "area";
+    /**
+     * ProposalUse
+     * @description What an operator has made of a proposal.
+     * @enum {string}
+     */
+    ProposalUse: "area" | "no_go" | "fence" | "launch" | "return" | "finding" | "dismissed";
     /**
      * ReliefModel
      * @description Pictures of the ground's relief, from the mission's elevation model.
@@ -5033,6 +5177,79 @@ export interface operations {
       };
       /** @description Precondition Required */
       428: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+    };
+  };
+  read_proposals_api_proposals_get: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ProposalModel"][];
+        };
+      };
+    };
+  };
+  decide_api_proposals__proposal_id__post: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        proposal_id: number;
+      };
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["ProposalDecision"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ProposalModel"];
+        };
+      };
+      /** @description Forbidden */
+      403: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Conflict */
+      409: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Unprocessable Entity */
+      422: {
         headers: {
           [name: string]: unknown;
         };

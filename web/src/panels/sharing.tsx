@@ -22,9 +22,11 @@ export function SharingPanel({ channels }: { channels: readonly Channel[] }) {
 
 const isTrouble = ({ state }: Channel): boolean => state === "failed" || state === "refused";
 
-/** When the latest message was sent, and how many were given up. */
-export function sentText({ sent_utc_s, lost }: Pick<Channel, "sent_utc_s" | "lost">): string {
+/** When the latest message was sent, how many were given up, and how many of others could not be used. */
+export function sentText(channel: Pick<Channel, "sent_utc_s" | "lost" | "refused" | "refused_text">): string {
+  const { sent_utc_s, lost, refused, refused_text } = channel;
   const parts = sent_utc_s === null ? [] : [texts.sharing.sentAt(timeOfDay(sent_utc_s))];
   if (lost > 0) parts.push(texts.sharing.lost(lost));
+  if (refused > 0) parts.push(texts.sharing.refused(refused, refused_text));
   return parts.join(" ");
 }

@@ -229,6 +229,8 @@ export const english = {
     panel: "Live sharing",
     sentAt: (time: string) => `Last sent ${time}.`,
     lost: (count: number) => `${count} ${count === 1 ? "message" : "messages"} given up.`,
+    refused: (count: number, reason: string) =>
+      `${count} ${count === 1 ? "message" : "messages"} of others not usable, the latest: ${reason}.`,
   },
   searched: {
     panel: "Search",

@@ -137,4 +137,21 @@ export const plan = {
     skip: "Ignore",
   },
   takeShapes: "Add to plan",
+  proposals: {
+    panel: "Proposals of others",
+    sent: (sender: string, source: string, time: string) => `${sender} by ${source}, ${time}`,
+    somebody: "Unnamed sender",
+    shape: { point: "point", line: "line", area: "area" },
+    altitude: (altitude_m: number) => `${altitude_m} m above sea level`,
+    stale: (time: string) => `out of date since ${time}`,
+    use: {
+      area: "Use as search area",
+      no_go: "Use as no-go zone",
+      fence: "Use as geofence",
+      launch: "Use as launch point",
+      return: "Use as return point",
+      finding: "Mark as finding",
+      dismissed: "Dismiss",
+    },
+  },
 } as const;

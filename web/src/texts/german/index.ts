@@ -230,6 +230,8 @@ const texts: Texts = {
     panel: "Live-Weitergabe",
     sentAt: (time) => `Zuletzt gesendet ${time}.`,
     lost: (count) => `${plural(count, "Nachricht", "Nachrichten")} aufgegeben.`,
+    refused: (count, reason) =>
+      `${plural(count, "Nachricht", "Nachrichten")} anderer nicht verwendbar, zuletzt: ${reason}.`,
   },
   searched: {
     panel: "Suche",

@@ -142,4 +142,21 @@ export const plan: Texts["plan"] = {
     skip: "Nicht verwenden",
   },
   takeShapes: "In den Plan übernehmen",
+  proposals: {
+    panel: "Vorschläge anderer",
+    sent: (sender, source, time) => `${sender} über ${source}, ${time}`,
+    somebody: "Unbenannter Absender",
+    shape: { point: "Punkt", line: "Linie", area: "Fläche" },
+    altitude: (altitude_m) => `${altitude_m} m über dem Meer`,
+    stale: (time) => `veraltet seit ${time}`,
+    use: {
+      area: "Als Suchgebiet verwenden",
+      no_go: "Als Sperrzone verwenden",
+      fence: "Als Geofence verwenden",
+      launch: "Als Startpunkt verwenden",
+      return: "Als Rückkehrpunkt verwenden",
+      finding: "Als Fund markieren",
+      dismissed: "Verwerfen",
+    },
+  },
 };

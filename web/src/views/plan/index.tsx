@@ -1,9 +1,10 @@
 /** View Plan: search area and no-go zones, search pattern, limits, and the resulting estimate. */
 import { useId, useMemo, useRef, useState } from "preact/hooks";
-import type { Place } from "../../api/types";
+import type { Place, Proposal } from "../../api/types";
 import { lngLat, toEnu } from "../../geometry";
 import { LayerSwitch, shownOf, useLayerChoice } from "../../map/layer_switch";
 import { homesLayer } from "../../map/layers/homes";
+import { proposalsLayer } from "../../map/layers/proposals";
 import { MapPanel } from "../../map/panel";
 import { useBaseLayers } from "../../map/use_base";
 import { useShell } from "../../shell/context";
@@ -16,6 +17,7 @@ import { DropZone, ImportDialog, ImportPicker, useImport } from "./import";
 import { LimitFields, PatternFields } from "./numbers";
 import "./plan.css";
 import { ProfilePanel } from "./profile";
+import { ProposalsPanel } from "./proposals";
 import { ShapeList, shapeTitle } from "./shape_list";
 import { placesOf, removed, type ShapeName, shapeNames, withNoGo, withPlaces } from "./shapes";
 import { usePlan } from "./use_plan";
@@ -77,7 +79,7 @@ export function PlanView() {
       onShape: (chosen) => current.current.actions.onShape(chosen),
       onFinish: () => current.current.actions.onFinish(),
     });
-    return [...base, homesLayer, draft];
+    return [...base, homesLayer, proposalsLayer, draft];
   }, [base]);
 
   const extent = useMemo(() => {
@@ -134,6 +136,12 @@ export function PlanView() {
       </div>
       <div class="plan-side">
         <form id={form} class="scroll plan-form" onSubmit={(event) => event.preventDefault()}>
+          <ProposalsPanel
+            plan={plan}
+            proposals={state.mission?.proposals ?? NO_PROPOSALS}
+            mayDecide={mayCommand}
+            onPlan={editor.change}
+          />
           <Panel title={texts.plan.shapes} testId="plan-shapes">
             <ShapeList
               plan={plan}
@@ -182,3 +190,4 @@ export function PlanView() {
 
 const NO_LEGS: Drawing["legs"] = [];
 const NO_FENCE: Drawing["fence"] = [];
+const NO_PROPOSALS: readonly Proposal[] = [];

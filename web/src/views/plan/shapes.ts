@@ -1,5 +1,5 @@
 /** Shapes of a plan, named like the fields of the station's plan. Pure functions. */
-import type { ImportedShape, Place, Plan, ShapeRole } from "../../api/types";
+import type { ImportedShape, Place, Plan, Proposal, ShapeRole } from "../../api/types";
 
 export type ShapeName = "area" | "fence" | "launch" | "return_point" | `no_go[${number}]`;
 
@@ -101,4 +101,10 @@ export function withImported(plan: Plan, shapes: readonly ImportedShape[], roles
     if (role === "no_go") return { ...taken, no_go: [...taken.no_go, places] };
     return withPlaces(taken, role === "return" ? "return_point" : role, places);
   }, plan);
+}
+
+/** Plan with what an operator has taken over of a proposal; findings and dismissed ones change no plan. */
+export function withProposal(plan: Plan, { name, places, use }: Pick<Proposal, "name" | "places" | "use">): Plan {
+  if (use === null || use === "finding" || use === "dismissed") return plan;
+  return withImported(plan, [{ name, places, role: use }], [use]);
 }

@@ -1,0 +1,79 @@
+/** Proposals of others for the plan: the decision goes on record first, and the draft of the plan changes with it. */
+import { useRef, useState } from "preact/hooks";
+import { decideProposal } from "../../api/proposals";
+import type { Plan, Proposal, ProposalUse } from "../../api/types";
+import { timeOfDay } from "../../format";
+import { waiting } from "../../state/proposals";
+import { texts } from "../../texts";
+import { Panel } from "../../ui/panel";
+import { withProposal } from "./shapes";
+
+interface Props {
+  plan: Plan;
+  proposals: readonly Proposal[];
+  /** Whether this page may decide; observers see what waits. */
+  mayDecide: boolean;
+  onPlan(plan: Plan): void;
+}
+
+export function ProposalsPanel({ plan, proposals, mayDecide, onPlan }: Props) {
+  const [busyId, setBusyId] = useState<number | null>(null);
+  const [refusal, setRefusal] = useState<string | null>(null);
+  // The plan may be edited while the station answers.
+  const latest = useRef(plan);
+  latest.current = plan;
+  const open = waiting(proposals);
+  const decide = async (proposal: Proposal, use: ProposalUse): Promise<void> => {
+    setBusyId(proposal.proposal_id);
+    const answer = await decideProposal(proposal.proposal_id, use);
+    setBusyId(null);
+    setRefusal(answer.ok ? null : answer.message);
+    if (answer.ok) onPlan(withProposal(latest.current, answer.value));
+  };
+  if (open.length === 0 && refusal === null) return null;
+  return (
+    <Panel title={texts.plan.proposals.panel} testId="plan-proposals">
+      <ul class="proposals">
+        {open.map((proposal) => (
+          <li key={proposal.proposal_id} data-testid={`proposal-${proposal.proposal_id}`}>
+            <p>
+              <strong>{proposal.name}</strong> <span class="small">{describe(proposal)}</span>
+            </p>
+            {proposal.remarks !== "" && <p class="small">{proposal.remarks}</p>}
+            {mayDecide && (
+              <div class="proposal-uses">
+                {proposal.uses.map((use) => (
+                  <button
+                    key={use}
+                    type="button"
+                    disabled={busyId !== null}
+                    data-testid={`proposal-${proposal.proposal_id}-${use}`}
+                    onClick={() => void decide(proposal, use)}
+                  >
+                    {texts.plan.proposals.use[use]}
+                  </button>
+                ))}
+              </div>
+            )}
+          </li>
+        ))}
+      </ul>
+      <p class="is-bad field-problem" role="alert">
+        {refusal}
+      </p>
+    </Panel>
+  );
+}
+
+/** Who has sent it when, what it is, and whether it is out of date. */
+export function describe(proposal: Proposal, nowUtc_s: number = Date.now() / 1000): string {
+  const { source, sender, shape, places, altitude_amsl_m: altitude_m, sent_utc_s, stale_utc_s } = proposal;
+  const words = texts.plan.proposals;
+  const parts = [
+    words.sent(sender || words.somebody, source, timeOfDay(sent_utc_s)),
+    shape === "point" ? words.shape.point : `${words.shape[shape]}, ${texts.plan.corners(places.length)}`,
+  ];
+  if (altitude_m !== null) parts.push(words.altitude(Math.round(altitude_m)));
+  if (stale_utc_s < nowUtc_s) parts.push(words.stale(timeOfDay(stale_utc_s)));
+  return parts.join("; ");
+}
