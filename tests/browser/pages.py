@@ -11,7 +11,7 @@ from playwright.async_api import Page, Route, expect
 
 from tests.timing import scaled_s
 
-VIEWS = ("plan", "prepare", "fly", "see", "understand", "decide")
+VIEWS = ("plan", "prepare", "fly", "see", "wall", "understand", "decide")
 TIMEOUT_MS = 1000 * scaled_s(20.0)
 """Far more than a page needs: the machine may be busy with other things."""
 

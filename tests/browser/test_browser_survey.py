@@ -40,7 +40,7 @@ async def test_findings_of_a_folder_are_seen_and_judged(page: Page, page_record:
         finding = page.get_by_test_id("finding-1")
         await expect(finding).to_be_visible(timeout=2 * TIMEOUT_MS)
         await expect(page.get_by_test_id("phase")).to_have_text("Examined")
-        for view in ("plan", "prepare", "fly", "understand"):
+        for view in ("plan", "prepare", "fly", "wall", "understand"):
             await expect(page.get_by_test_id(f"view-{view}")).to_have_count(0)
 
         await page.get_by_test_id("sign-in-open").click()

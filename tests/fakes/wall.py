@@ -103,7 +103,8 @@ def make_wall(
     *,
     clock_utc_s: Callable[[], float] = utc_s,
     replay: ReplayedTime | None = None,
+    stale_s: float = 5.0,
 ) -> Wall:
     """Return a wall of small tiles on a record."""
-    settings = WallSettings(rate_hz=2.0, width_px=WIDTH_PX, follow_width_px=WIDTH_PX + 8)
+    settings = WallSettings(rate_hz=2.0, width_px=WIDTH_PX, follow_width_px=WIDTH_PX + 8, stale_s=stale_s)
     return Wall(WallSource(mission, lambda: folder, clock_utc_s, replay), worker.opened, settings, loop_time_s)

@@ -24,7 +24,7 @@ describe("routes", () => {
   });
   test("a survey has no views of vehicles", () => {
     const shown = VIEW_NAMES.map((view) => surveyRoute({ view, params: { finding: "3" } }).view);
-    expect(shown).toEqual(["decide", "decide", "decide", "see", "decide", "decide"]);
+    expect(shown).toEqual(["decide", "decide", "decide", "see", "decide", "decide", "decide"]);
     expect(surveyRoute(parseRoute("#/decide?finding=3")).params).toEqual({ finding: "3" });
   });
 });

@@ -27,6 +27,7 @@ export const VIEW_KEYS: Readonly<Record<ViewName, string>> = {
   prepare: "r",
   fly: "f",
   see: "s",
+  wall: "w",
   understand: "u",
   decide: "d",
 };

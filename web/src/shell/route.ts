@@ -1,6 +1,6 @@
 /** Current view and its parameters, kept in the hash of the URL. Pure functions. */
 
-export const VIEW_NAMES = ["plan", "prepare", "fly", "see", "understand", "decide"] as const;
+export const VIEW_NAMES = ["plan", "prepare", "fly", "see", "wall", "understand", "decide"] as const;
 export type ViewName = (typeof VIEW_NAMES)[number];
 
 export interface Route {

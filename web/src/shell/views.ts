@@ -6,6 +6,7 @@ import { PlanView } from "../views/plan";
 import { PrepareView } from "../views/prepare";
 import { SeeView } from "../views/see";
 import { UnderstandView } from "../views/understand";
+import { WallView } from "../views/wall";
 import type { ViewName } from "./route";
 
 export const VIEWS: Readonly<Record<ViewName, ComponentType>> = {
@@ -13,6 +14,7 @@ export const VIEWS: Readonly<Record<ViewName, ComponentType>> = {
   prepare: PrepareView,
   fly: FlyView,
   see: SeeView,
+  wall: WallView,
   understand: UnderstandView,
   decide: DecideView,
 };

@@ -9,6 +9,7 @@ import { plan } from "./plan";
 import { focus, see } from "./see";
 import * as team from "./team";
 import { understand } from "./understand";
+import { wall } from "./wall";
 import type { Theme } from "../theme";
 
 const CONSEQUENCE: Readonly<Partial<Record<Action, string>>> = {
@@ -28,6 +29,7 @@ const VIEW: Readonly<Record<ViewName, string>> = {
   prepare: "Prepare",
   fly: "Fly",
   see: "See",
+  wall: "Wall",
   understand: "Understand",
   decide: "Decide",
 };
@@ -172,7 +174,7 @@ export const english = {
     title: "Keyboard shortcuts",
     list: [
       ["H", "Hold all vehicles; Alt+H while typing"],
-      ["P R F S U D", "Plan, Prepare, Fly, See, Understand, Decide"],
+      ["P R F S W U D", "Plan, Prepare, Fly, See, Wall, Understand, Decide"],
       ["1 … 9", "Select a vehicle by number; type 1 2 for vehicle 12"],
       ["Shift + number", "Add a vehicle to the selection"],
       ["A", "Select all vehicles"],
@@ -255,6 +257,7 @@ export const english = {
   relay,
   target,
   see,
+  wall,
   focus,
   understand,
   replay: {

@@ -15,6 +15,7 @@ import { focus, see } from "./see";
 import { station } from "./station";
 import { team } from "./team";
 import { understand } from "./understand";
+import { wall } from "./wall";
 
 const texts: Texts = {
   title: "aos-gcs",
@@ -92,6 +93,7 @@ const texts: Texts = {
       prepare: "Check",
       fly: "Flug",
       see: "Bilder",
+      wall: "Wand",
       understand: "Daten",
       decide: "Funde",
     },
@@ -173,7 +175,7 @@ const texts: Texts = {
     title: "Tastenkürzel",
     list: [
       ["H", "Alle Drohnen halten; beim Schreiben Alt+H"],
-      ["P R F S U D", "Plan, Check, Flug, Bilder, Daten, Funde"],
+      ["P R F S W U D", "Plan, Check, Flug, Bilder, Wand, Daten, Funde"],
       ["1 … 9", "Drohne nach Nummer wählen; 1 2 für Drohne 12"],
       ["Umschalt + Zahl", "Drohne zur Auswahl hinzufügen"],
       ["A", "Alle Drohnen auswählen"],
@@ -256,6 +258,7 @@ const texts: Texts = {
   relay,
   target,
   see,
+  wall,
   focus,
   understand,
   replay: {

@@ -1,0 +1,266 @@
+"""Live pictures: delay to the screen, what observers cost, and what the imaging step notices of them.
+
+    python tests/benchmarks/bench_wall.py [--seconds 20] [--observers 20] [--folder DIR]
+
+The dashboard runs in its own process, as in missions; frames of six cameras are written into its record by this one.
+The delay is that from the arrival of a frame, before it is on the disk, to the frame of the browser after the one that
+has painted it. Viewers of the second part are clients in a process of their own.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import contextlib
+import json
+import multiprocessing
+import os
+import shutil
+import statistics
+import struct
+import tempfile
+import time
+from collections.abc import AsyncIterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from playwright.async_api import async_playwright
+from websockets.asyncio.client import connect
+
+from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.geometry.geodesy import LocalFrame
+from aos_gcs.geometry.poses import nadir_pose
+from aos_gcs.imaging.model import Frame
+from aos_gcs.imaging.step.analysis import analyse_step
+from aos_gcs.imaging.step.settings import ImagingSettings
+from aos_gcs.ports import Capture
+from aos_gcs.radiometry import celsius_from_centikelvin, centikelvin_from_celsius
+from aos_gcs.runtime.workers import ANALYSIS
+from aos_gcs.store.recorder import MissionRecorder
+from aos_gcs.workers.process import open_worker
+from tests.benchmarks.figures import report
+from tests.fakes.api_process import Station, station
+from tests.fakes.mission import ORIGIN
+
+CAMERAS = 6
+SIZE_PX = 512
+BANDS = ("red", "green", "blue", "thermal")
+FRAME_INTERVAL_S = 0.5
+"""Two frames per second and camera, as in a search without stops."""
+TILES = [f"{vehicle_id}.thermal" for vehicle_id in range(1, CAMERAS + 1)]
+_CHROMIUM_ARGUMENTS = ["--headless", "--no-sandbox", "--disable-gpu"]
+
+# Notes for each tile that has changed how old its picture is in the frame of the screen after it was painted.
+_WATCH_PAINTING = """() => {
+    window.delays = [];
+    const former = new Map();
+    const look = () => {
+        for (const { dataset } of document.querySelectorAll("figure[data-utc]")) {
+            if (former.get(dataset.testid) === dataset.utc) continue;
+            former.set(dataset.testid, dataset.utc);
+            const taken_s = Number(dataset.utc);
+            requestAnimationFrame(() => setTimeout(() => window.delays.push(Date.now() / 1000 - taken_s)));
+        }
+    };
+    new MutationObserver(look).observe(document.body, { subtree: true, attributes: true, childList: true });
+}"""
+
+
+@dataclass
+class Usage:
+    """Processor time of the dashboard's process and of those that it has started."""
+
+    pid: int
+
+    def spent_s(self) -> float:
+        """Return it until now."""
+        return sum(map(_cpu_s, (self.pid, *_children(self.pid))))
+
+
+def _stat(pid: int) -> list[str]:
+    return Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
+
+
+def _cpu_s(pid: int) -> float:
+    fields = _stat(pid)
+    # With that of children that have ended: the worker ends when nobody watches.
+    return sum(map(int, fields[11:15])) / os.sysconf("SC_CLK_TCK")
+
+
+def _children(pid: int) -> list[int]:
+    found = []
+    for path in Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):
+            if int(_stat(int(path.name))[1]) == pid:
+                found.append(int(path.name))
+    return found
+
+
+class Cameras:
+    """Six cameras whose frames go into the record of a mission."""
+
+    def __init__(self, recorder: MissionRecorder) -> None:
+        self._recorder = recorder
+        self._images = [_image(seed) for seed in range(4)]
+        self._count = 0
+
+    async def run(self) -> None:
+        """Take frames, one camera after the other, until cancelled."""
+        while True:
+            for vehicle_id in range(1, CAMERAS + 1):
+                await self._recorder.record_frame(1, self._capture(vehicle_id, time.time()))
+                await asyncio.sleep(FRAME_INTERVAL_S / CAMERAS)
+
+    def _capture(self, vehicle_id: int, utc_s: float) -> Capture:
+        self._count += 1
+        pose = nadir_pose([4.0 * vehicle_id, 0.0, 35.0])
+        return Capture(
+            vehicle_id,
+            self._count,
+            utc_s,
+            self._images[self._count % len(self._images)],
+            BANDS,
+            LocalFrame(ORIGIN).to_geodetic(pose.position_enu_m),
+            pose.R_cam2enu,
+            CameraModel.from_fov(SIZE_PX, SIZE_PX, 0.87),
+        )
+
+
+def _image(seed: int) -> NDArray[np.float32]:
+    """Return a frame with the structure of leaves, and a warm spot."""
+    rng = np.random.default_rng(seed)
+    coarse = rng.normal(100.0, 25.0, (64, 64, 3)).repeat(8, axis=0).repeat(8, axis=1)
+    colour = np.rint(np.clip(coarse + rng.normal(0.0, 8.0, (SIZE_PX, SIZE_PX, 3)), 0, 255))
+    thermal = 11.0 + 0.02 * coarse[..., 0] + rng.normal(0.0, 0.1, (SIZE_PX, SIZE_PX))
+    thermal[240:256, 100 * seed : 100 * seed + 12] = 30.0
+    # As cameras write them, so that they are recorded as cameras' files are.
+    whole = celsius_from_centikelvin(centikelvin_from_celsius(thermal.astype(np.float32)))
+    return np.dstack([colour, whole]).astype(np.float32)
+
+
+@contextlib.asynccontextmanager
+async def dashboard(parent: Path | None = None) -> AsyncIterator[tuple[Station, Usage]]:
+    """Serve a mission whose record grows, for as long as the context is entered."""
+    with tempfile.TemporaryDirectory(dir=parent) as name:
+        folder = Path(name)
+        async with (
+            MissionRecorder.create(folder, "m", {}, notify=print) as recorder,
+            station(folder) as flown,
+        ):
+            taking = asyncio.create_task(Cameras(recorder).run())
+            yield flown, Usage(await flown.process_id())
+            taking.cancel()
+            await asyncio.wait([taking])
+
+
+async def measure_delay(flown: Station, seconds: float, chromium: str) -> None:
+    """Watch six tiles in Chromium, and print how late they are."""
+    async with async_playwright() as playwright:
+        browser = await playwright.chromium.launch(executable_path=shutil.which(chromium), args=_CHROMIUM_ARGUMENTS)
+        page = await browser.new_page(viewport={"width": 1920, "height": 1080})
+        await page.goto(f"{flown.url}#/wall")
+        await page.evaluate("tiles => localStorage.setItem('aos-gcs-wall', JSON.stringify(tiles))", TILES)
+        await page.reload()
+        for tile in TILES:
+            await page.locator(f"[data-testid='tile-{tile}'][data-state=live]").wait_for()
+        await page.evaluate(_WATCH_PAINTING)
+        await asyncio.sleep(seconds)
+        delays_s = sorted(await page.evaluate("() => window.delays"))
+        await browser.close()
+    print(f"{len(delays_s)} pictures of {CAMERAS} tiles in {seconds:.0f} s")
+    print(f"arrival to painted: 95th percentile {1000 * delays_s[int(0.95 * len(delays_s))]:.0f} ms")
+    report("wall.delay", 1000.0 * statistics.median(delays_s))
+
+
+def view(url: str, observers: int) -> None:
+    """Watch the wall so many times, until ended: the main program of the viewers' process."""
+    os.nice(10)
+
+    async def one() -> None:
+        async with connect(url) as stream:
+            await stream.send(json.dumps({"kind": "watch", "tiles": TILES}))
+            async for message in stream:
+                assert isinstance(message, bytes)
+                (length,) = struct.unpack("!I", message[:4])
+                number = json.loads(message[4 : 4 + length])["number"]
+                await stream.send(json.dumps({"kind": "shown", "number": number}))
+
+    async def everybody() -> None:
+        await asyncio.gather(*(one() for _ in range(observers)))
+
+    asyncio.run(everybody())
+
+
+@contextlib.asynccontextmanager
+async def viewers(flown: Station, observers: int) -> AsyncIterator[None]:
+    """Watch the wall for as long as the context is entered."""
+    url = f"{flown.url.replace('http', 'ws')}api/wall"
+    process = multiprocessing.get_context("spawn").Process(target=view, args=(url, observers), daemon=True)
+    process.start()
+    await asyncio.sleep(3.0)
+    yield
+    process.terminate()
+    process.join()
+    await asyncio.sleep(1.0)
+
+
+async def measure_cost(flown: Station, usage: Usage, seconds: float, observers: int) -> None:
+    """Print the processor time of the dashboard's processes without viewers, with one and with many."""
+    shares = {}
+    for count in (0, 1, observers):
+        async with viewers(flown, count) if count else contextlib.nullcontext():
+            before_s, began_s = usage.spent_s(), time.perf_counter()
+            await asyncio.sleep(seconds)
+            shares[count] = 100.0 * (usage.spent_s() - before_s) / (time.perf_counter() - began_s)
+            print(f"{count} viewers of {CAMERAS} tiles: {shares[count]:.1f} % of a core")
+    report("wall.observers", shares[observers] - shares[0])
+
+
+async def measure_step(flown: Station, seconds: float, observers: int) -> None:
+    """Time the analysis of steps without and with viewers, in turns."""
+    pose = nadir_pose([0.0, 0.0, 35.0])
+    camera = CameraModel.from_fov(SIZE_PX, SIZE_PX, 0.87)
+    first = Frame(1, _image(1), BANDS, pose, camera)
+    frames = [
+        replace(first, vehicle_id=number, pose=nadir_pose([3.0 * number, 0.0, 35.0 + number])) for number in range(10)
+    ]
+    times_s: dict[bool, list[float]] = {False: [], True: []}
+    async with open_worker(ANALYSIS) as worker:
+        await worker.ready()
+        for turn in range(8):
+            has_viewers = turn % 2 == 1
+            async with viewers(flown, observers) if has_viewers else contextlib.nullcontext():
+                until_s = time.perf_counter() + seconds / 4.0
+                while time.perf_counter() < until_s:
+                    began_s = time.perf_counter()
+                    await worker.run(analyse_step, frames, ImagingSettings())
+                    times_s[has_viewers].append(time.perf_counter() - began_s)
+                    await asyncio.sleep(0.2)
+    without_s, with_s = (statistics.median(times_s[has_viewers]) for has_viewers in (False, True))
+    print(f"imaging step: {1000 * without_s:.0f} ms without, {1000 * with_s:.0f} ms with {observers} viewers")
+    report("wall.step", 100.0 * (with_s / without_s - 1.0))
+
+
+async def measure(options: argparse.Namespace) -> None:
+    """Measure what is asked for."""
+    async with dashboard(options.folder) as (flown, usage):
+        if options.chromium:
+            await measure_delay(flown, options.seconds, options.chromium)
+        await measure_cost(flown, usage, options.seconds, options.observers)
+        await measure_step(flown, options.seconds, options.observers)
+
+
+def main() -> None:
+    """Read the options and measure."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seconds", type=float, default=20.0)
+    parser.add_argument("--observers", type=int, default=20)
+    parser.add_argument("--folder", type=Path, help="Folder of the record; on a disk in memory no disk is measured.")
+    parser.add_argument("--chromium", default="chromium", help="Program; empty: leave the browser out.")
+    asyncio.run(measure(parser.parse_args()))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,30 @@
+/** German texts of the view Wall. */
+import type { Texts } from "../../texts";
+
+export const wall: Texts["wall"] = {
+  panel: "Livebilder",
+  choose: "Kacheln",
+  vehicle: (id) => `Drohne ${id}`,
+  integral: "Integralbild",
+  kind: { colour: "Farbe", thermal: "Wärme" },
+  title: (of, kind) => `${of}, ${kind}`,
+  follow: (title) => `${title} verfolgen: ganzer Bildschirm`,
+  followShort: "Verfolgen",
+  close: "Schließen",
+  at: (place) => `Kamera bei ${place}`,
+  noPlace: "Ort unbekannt",
+  age: (age) => `vor ${age}`,
+  old: (age) => `Altes Bild: ${age}`,
+  cutOff: (age) => `Keine Verbindung: ${age} alt`,
+  waiting: "Noch kein Bild",
+  scale: (low, high) => `${low} bis ${high}`,
+  levels: "Werte der Kamera",
+  relative: "relative Skala",
+  rate: "Bildrate",
+  rates: { normal: "Normal", low: "Niedrig" },
+  rateHint: "Niedrig: alle zwei Sekunden ein Bild, für langsame Verbindungen",
+  none: "Bilder erscheinen mit den ersten Aufnahmen der Suche.",
+  noneChosen: "Kacheln zum Beobachten wählen.",
+  missing: "Diese Mission wird nicht aufgezeichnet. Es gibt keine Livebilder.",
+  most: (count) => `Höchstens ${count} Kacheln gleichzeitig`,
+};
