@@ -21,8 +21,6 @@ _VALID_FOR: Final = timedelta(days=825)
 """Longest time for which phones believe a certificate that somebody has installed."""
 _EXTRA: Final = "team"
 _OWNER_ONLY: Final = 0o600
-_SIOCGIFADDR: Final = 0x8915
-"""Linux' request for the address of an interface."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,20 +136,10 @@ def _write(path: Path, content: bytes) -> None:
 
 
 def local_addresses() -> tuple[str, ...]:
-    """Return the IPv4 addresses of this machine in its networks; on other systems than Linux none may be found."""
+    """Return the IPv4 addresses of this machine in its networks; none where the library that asks is not installed."""
     try:
-        import fcntl  # noqa: PLC0415 - not on every system
-        import struct  # noqa: PLC0415
-    except ImportError:
+        ifaddr = load_extra("ifaddr", _EXTRA, "The list of this machine's addresses")
+    except ConfigurationError:
         return ()
-    found = []
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        for _, name in socket.if_nameindex():
-            try:
-                answer = fcntl.ioctl(probe, _SIOCGIFADDR, struct.pack("256s", name.encode()[:15]))
-            except OSError:
-                continue  # it has no address
-            address = socket.inet_ntoa(answer[20:24])
-            if not ipaddress.ip_address(address).is_loopback:
-                found.append(address)
-    return tuple(found)
+    found = (ip.ip for adapter in ifaddr.get_adapters() for ip in adapter.ips if ip.is_IPv4)
+    return tuple(dict.fromkeys(one for one in found if not ipaddress.ip_address(one).is_loopback))

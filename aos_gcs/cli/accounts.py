@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-if TYPE_CHECKING:
-    from aos_gcs.api.access.accounts import AccountFile
+from aos_gcs.api.access.accounts import AccountFile
+from aos_gcs.api.access.roles import Role
+from aos_gcs.clock import machine_utc_s
+from aos_gcs.errors import InputDataError
 
 accounts = typer.Typer(
     no_args_is_help=True,
@@ -47,10 +49,7 @@ def add(
     ] = None,
 ) -> None:
     """Add an account with a password; a running service knows it after a second."""
-    from aos_gcs.api.access.roles import Role  # noqa: PLC0415 - heavy, only for this command
-    from aos_gcs.clock import machine_utc_s  # noqa: PLC0415
-
-    account = _open(file).add(name, Role(role), _password(password_file), machine_utc_s())
+    account = AccountFile(file).add(name, Role(role), _password(password_file), machine_utc_s())
     typer.echo(f"{account.name}: {account.role}")
 
 
@@ -65,17 +64,17 @@ def invite(
     hours: Annotated[float, typer.Option(help="Hours until the invitation expires.", min=0.1, max=24.0 * 30)] = 24.0,
 ) -> None:
     """Print a link by which one person makes an account. Send it by a way that others do not read."""
-    from aos_gcs.api.access.roles import Role  # noqa: PLC0415 - heavy, only for this command
-    from aos_gcs.clock import machine_utc_s  # noqa: PLC0415
-
-    token = _open(file).invite(Role(role), "the command line", machine_utc_s(), hours * 3600.0)
+    token = AccountFile(file).invite(Role(role), "the command line", machine_utc_s(), hours * 3600.0)
     typer.echo(f"{url.rstrip('/')}/#invite={token}")
 
 
 @accounts.command("list")
 def list_accounts(file: File) -> None:
     """Print all accounts and their roles."""
-    found = _open(file).all()
+    if not file.exists():
+        remedy = f"add the first account with: aos-gcs accounts add {file} NAME --role administrator"
+        raise InputDataError(f"{file} does not exist. Check the path, or {remedy}.")
+    found = AccountFile(file).all()
     for account in found:
         typer.echo(f"{account.role:14}{account.name}")
     if not found:
@@ -85,15 +84,13 @@ def list_accounts(file: File) -> None:
 @accounts.command("remove")
 def remove(file: File, name: Name) -> None:
     """Remove an account. A running service ends its sessions within a second."""
-    _open(file).remove(name)
+    AccountFile(file).remove(name)
 
 
 @accounts.command("role")
 def role(file: File, name: Name, role: RoleOption) -> None:
     """Give an account another role. A running service applies it within a second."""
-    from aos_gcs.api.access.roles import Role  # noqa: PLC0415 - heavy, only for this command
-
-    _open(file).set_role(name, Role(role))
+    AccountFile(file).set_role(name, Role(role))
 
 
 @accounts.command("password")
@@ -106,13 +103,7 @@ def password(
     ] = None,
 ) -> None:
     """Set another password for an account, such as a forgotten one. Its sessions end."""
-    _open(file).set_password(name, _password(password_file))
-
-
-def _open(file: Path) -> AccountFile:
-    from aos_gcs.api.access.accounts import AccountFile  # noqa: PLC0415 - heavy, only for this command
-
-    return AccountFile(file)
+    AccountFile(file).set_password(name, _password(password_file))
 
 
 def _password(file: Path | None) -> str:
@@ -121,8 +112,6 @@ def _password(file: Path | None) -> str:
     Raises:
         InputDataError: the file cannot be read.
     """
-    from aos_gcs.errors import InputDataError  # noqa: PLC0415 - heavy, only for this command
-
     if file is None:
         typed: str = typer.prompt("Password", hide_input=True, confirmation_prompt=True)
         return typed

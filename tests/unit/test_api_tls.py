@@ -5,11 +5,15 @@ from __future__ import annotations
 import asyncio
 import ipaddress
 import ssl
+import sys
 from collections.abc import AsyncIterator
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
+import cv2
 import httpx
+import ifaddr
+import numpy as np
 import pytest
 import websockets
 from cryptography import x509
@@ -18,7 +22,7 @@ from aos_gcs.api.access.proxies import TrustedProxies
 from aos_gcs.api.listener import ServerAddress
 from aos_gcs.api.plain_http import plain_answer
 from aos_gcs.api.server import serve
-from aos_gcs.api.tls import TlsFiles, fingerprint, own_certificate, server_context
+from aos_gcs.api.tls import TlsFiles, fingerprint, local_addresses, own_certificate, server_context
 from aos_gcs.clock import LoopClock
 from aos_gcs.config.model import ApiConfig
 from aos_gcs.errors import ConfigurationError
@@ -146,6 +150,30 @@ def test_phones_get_an_address_that_they_reach() -> None:
     assert len({len(row) for row in rows}) == 1
     assert len(rows) == (len(rows[0]) + 1) // 2  # two modules in one character
     assert set(rows[0]) == {"█"}  # the margin
+
+
+@pytest.mark.parametrize("url", ["https://192.0.2.1:8080/", "https://station-with-a-long-name.example.org:8443/"])
+def test_the_code_on_the_terminal_is_read_as_its_address(url: str) -> None:
+    lines = (qr_text(url) or "").splitlines()
+    # What a dark terminal shows: each character is two modules, light where it is drawn.
+    light = np.array(
+        [half for line in lines for half in ([one in "█▀" for one in line], [one in "█▄" for one in line])]
+    )
+    picture = np.kron(np.where(light, 255, 0), np.ones((8, 8))).astype(np.uint8)
+    picture = cv2.copyMakeBorder(picture, 32, 32, 32, 32, cv2.BORDER_CONSTANT, value=0)
+    text, _, _ = cv2.QRCodeDetector().detectAndDecode(picture)
+    assert text == url
+
+
+def test_addresses_are_those_of_the_networks_and_none_of_the_machine_itself(monkeypatch: pytest.MonkeyPatch) -> None:
+    def adapter(*addresses: str | tuple[str, int, int]) -> ifaddr.Adapter:
+        return ifaddr.Adapter("x", "x", [ifaddr.IP(one, 24, "x") for one in addresses])
+
+    found = [adapter("127.0.0.1", ("::1", 0, 0)), adapter("192.0.2.7", ("fe80::1", 0, 2)), adapter("192.0.2.7")]
+    monkeypatch.setattr(ifaddr, "get_adapters", lambda: found)
+    assert local_addresses() == ("192.0.2.7",)
+    monkeypatch.setitem(sys.modules, "ifaddr", None)
+    assert local_addresses() == ()
 
 
 @pytest.mark.parametrize(
