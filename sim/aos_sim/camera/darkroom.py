@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import os
+import sys
+import threading
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import AsyncExitStack
 from types import TracebackType
@@ -20,6 +23,8 @@ from aos_sim.errors.exposure import Motion
 from aos_sim.errors.model import ErrorModel
 
 _THREADS = 2
+_NICENESS = 10
+"""Priority of rendering, below that of the service's image workers: in the field, cameras are other machines."""
 
 
 class Darkroom:
@@ -51,7 +56,7 @@ class Darkroom:
         self._seed = seed
         self._cameras = ErringCameras(errors, camera, seed)
         self._publisher = publisher
-        self._pool = ThreadPoolExecutor(_THREADS, thread_name_prefix="render")
+        self._pool = ThreadPoolExecutor(_THREADS, thread_name_prefix="render", initializer=_step_back)
         self._stack = AsyncExitStack()
 
     async def __aenter__(self) -> Self:
@@ -82,3 +87,9 @@ class Darkroom:
             at_s=exposure.at.s,
         )
         return encode_tiff(frame)
+
+
+def _step_back() -> None:
+    """Let the service on the same machine go before this thread."""
+    if sys.platform == "linux":  # Elsewhere a priority is that of the whole process.
+        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICENESS)
