@@ -44,8 +44,8 @@ class TrackingSettings:
     """Time without a measurement after which any track ends."""
     max_surprise_m: float = 5.0
     """Distance from its predicted position up to which some tracks take a measurement, for they would take whatever is
-    seen next: one that was not seen for ``FRESH_S``, which is expected anywhere by then, and a confirmed one that has
-    stayed where it is, which need not have gone when something else comes into view."""
+    seen next: one that was not seen for ``FRESH_S``, which is expected anywhere by then, and one that has been seen
+    again where it was, which need not have gone when something else comes into view."""
     motion: MotionSettings = field(default_factory=MotionSettings)
 
     def __post_init__(self) -> None:
@@ -190,7 +190,7 @@ def _assign(tracks: Sequence[Track], measurements: Sequence[Measurement], settin
 
 
 def _has_stayed(track: Track) -> bool:
-    return track.confirmed and track.walking_share <= 0.5
+    return track.hits > 1 and track.walking_share <= 0.5
 
 
 def _begun(track_id: int, measurement: Measurement, now_s: float, settings: TrackingSettings) -> Track:

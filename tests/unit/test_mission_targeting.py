@@ -262,3 +262,37 @@ def test_a_target_that_stays_is_where_its_warm_body_is_known_best() -> None:
     assert estimate is not None
     assert estimate.position_enu_m == (5.2, 20.0, 0.0)
     assert estimate.sigma_m == pytest.approx(0.2)
+
+
+def test_a_track_that_goes_over_to_another_body_leaves_the_place_of_the_former_one() -> None:
+    """A person was announced where a deer stood: the track had been the deer's, whose place was known better."""
+    tracker = TargetTracker(SETTINGS)
+    for now_s, east_m, sigma_m, kind in (
+        (2.0, -6.6, 0.3, FindingKind.ANIMAL),
+        (19.6, 4.4, 0.8, FindingKind.PERSON),
+        (23.8, 4.4, 0.8, FindingKind.PERSON),
+    ):
+        tracker.observe(analysis(), now_s - 1.0)
+        tracker.observe(analysis(seen(east_m, 30.0)), now_s)
+        place = Geolocation(np.array([east_m, 30.0, 0.0]), sigma_m**2 * np.eye(3), np.zeros((3, 3)))
+        tracker.judge({1: Judgement(Verdict(kind, 0.9, ()), place)})
+    estimate = tracker.estimate()
+    assert estimate is not None
+    assert estimate.sightings == 3, "one track"
+    assert estimate.position_enu_m == (4.4, 30.0, 0.0), "that of its body"
+
+
+def test_a_walker_out_of_view_is_given_where_it_was_last_seen() -> None:
+    """A walker's track went on for 9 m, and the person that it showed was announced once more there."""
+    follower = Follower()
+    for step in range(5):
+        follower.observe(seen(2.0 * STEP_S * step, 0.0))
+    before = follower.tracker.estimate()
+    for _ in range(3):
+        follower.observe()
+    after = follower.tracker.estimate()
+    assert before is not None
+    assert after is not None
+    assert math.hypot(*before.velocity_enu_mps) > 1.5
+    assert after.position_enu_m == before.position_enu_m == pytest.approx((8.0 * STEP_S, 0.0, 0.0), abs=0.5)
+    assert follower.tracker.places_enu_m()[1][0] > 18.0, "the track goes on"

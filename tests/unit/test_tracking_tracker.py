@@ -164,3 +164,10 @@ def test_a_target_that_has_stayed_is_not_elsewhere_when_something_else_comes_int
     stays, elsewhere = [(0.0, 0.0)], [(0.0, 6.0)]
     _, ids = run([*[stays] * 5, elsewhere, stays], step_s=4.0)
     assert ids == [*[(1,)] * 5, (2,), (1,)]
+
+
+def test_a_target_seen_twice_in_one_place_does_not_go_over_to_another_body() -> None:
+    """The track of a stone, not confirmed yet, went over to a person 9 m away and on at 2 m/s to where nobody was."""
+    stays, elsewhere = [(0.0, 0.0)], [(0.0, 9.0)]
+    _, ids = run([stays, stays, elsewhere], step_s=4.0)
+    assert ids == [(1,), (1,), (2,)]

@@ -97,6 +97,8 @@ class TargetTracker:
         """Verdicts on each track's body."""
         self._person_places: dict[int, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
         """Place and covariance of each track when a step last took it for a person."""
+        self._last_places: dict[int, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
+        """Place and covariance of each track when a step last showed it."""
         self._kinds: dict[int, FindingKind] = {}
         """What each track is taken for, where that is decided for good."""
         self._target: Track | None = None
@@ -162,6 +164,11 @@ class TargetTracker:
         before, self._judged, self._shown = self._judged, {}, {}
         kept = {track.track_id for track in self._tracks.tracks}
         self._pools = {track_id: pool for track_id, pool in self._pools.items() if track_id in kept}
+        self._take_in(judgements, before)
+        in_view = [track for track in self._tracks.tracks if self._in_view(track.track_id) is not None]
+        self._last_places |= {track.track_id: self._place(track) for track in in_view}
+
+    def _take_in(self, judgements: Mapping[int, Judgement], before: Mapping[int, Judgement]) -> None:
         for track in self._tracks.tracks:
             judgement, former = judgements.get(track.track_id), before.get(track.track_id)
             if judgement is None:
@@ -286,7 +293,8 @@ class TargetTracker:
     def _place(self, track: Track) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return where a target is, shape (3,), and the horizontal covariance: of its warm body, if it has one.
 
-        An announced person stays where it was last taken for one, when its track goes on to something else.
+        An announced person stays where it was last taken for one, when its track goes on to something else. A walking
+        target that is out of view is given where it was last seen: where its track goes on to, nobody has seen it.
         """
         judgement = self._judged.get(track.track_id)
         if judgement is not None and self._kinds.get(track.track_id) is FindingKind.PERSON:
@@ -295,6 +303,8 @@ class TargetTracker:
                 return self._person_places[track.track_id]
         if judgement is not None and judgement.place is not None and track.walking_share <= 0.5:
             return judgement.place.position_enu_m, judgement.place.covariance_m2[:2, :2]
+        if self._in_view(track.track_id) is None and track.track_id in self._last_places:
+            return self._last_places[track.track_id]
         return np.array([*track.position_enu_m, self._up_m[track.track_id]]), track.covariance_m2
 
 
@@ -312,11 +322,17 @@ def _spread_m(positions_enu_m: Sequence[NDArray[np.float64]]) -> float:
 
 
 def _updated(former: Judgement, latest: Judgement) -> Judgement:
-    """Return the latest decision about a target that stays, with the former place where that is better known."""
+    """Return the latest decision about a target that stays, with the former place where that is better known.
+
+    A place far from the former one is that of another body, which the track has gone on to.
+    """
     if former.place is None:
         return latest
-    if latest.place is not None and _variance_m2(latest.place) <= _WORSE * _variance_m2(former.place):
-        return latest
+    if latest.place is not None:
+        is_better = _variance_m2(latest.place) <= _WORSE * _variance_m2(former.place)
+        away_m = np.linalg.norm(latest.place.position_enu_m[:2] - former.place.position_enu_m[:2])
+        if is_better or away_m > SAME_PLACE_M:
+            return latest
     return replace(latest, place=former.place)
 
 
