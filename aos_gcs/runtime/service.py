@@ -27,6 +27,7 @@ from aos_gcs.runtime.api_start import ApiStart
 from aos_gcs.runtime.api_supervisor import open_api_process
 from aos_gcs.runtime.drivers import load_driver
 from aos_gcs.runtime.encryption import with_certificate
+from aos_gcs.runtime.garbage import settle_garbage
 from aos_gcs.runtime.sharing_supervisor import SharingSupervisor, open_sharing_process
 from aos_gcs.runtime.sign_in import operator_secrets
 from aos_gcs.runtime.workers import ANALYSIS, DECODING, GROUND
@@ -124,6 +125,7 @@ async def open_service(config: ServiceConfig, following: NextSortie | None = Non
             )
             # Before the links: once they are open the mission runs, and with it the heartbeat.
             await asyncio.gather(imaging.ready(), decoding.ready())
+            settle_garbage()
             async with open_driver(config.link.urls, context) as fleet:
                 mission = Coordinator(
                     mission_id,
