@@ -15,6 +15,7 @@ from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.geodesy import frame_scale_error
 
 if TYPE_CHECKING:
+    from aos_gcs.elevation.model import ElevationModel
     from aos_gcs.planning.following import FollowedHeights
     from aos_gcs.planning.settings import MissionSettings, TerrainSettings
 
@@ -69,7 +70,8 @@ def check(
 ) -> None:
     """Check an elevation model: extent, resolution, datum, holes, and heights where a mission flies.
 
-    Exit code 1 if a place, or part of the search area, has no height, or there are no heights at all.
+    Exit code 1 if a place, or part of the search area, has no height, there are no heights at all, or the altitude of a
+    mission's origin is not that of the ground.
     """
     from aos_gcs.elevation.geoid import find_geoid  # noqa: PLC0415 - keeps the other commands' help fast
     from aos_gcs.elevation.model import SURFACE_WARNING, ElevationModel, ModelKind  # noqa: PLC0415
@@ -82,7 +84,7 @@ def check(
     area, places = ((), ()) if settings is None else _planned(settings, f"{plan}")
     report = report_of(model, [*places, *(_place(text) for text in at or ())], area)
     model.close()
-    followed = None
+    followed, misfit = None, None if settings is None else _misfit(settings, report, model)
     if settings is not None and report.is_complete:
         named = TerrainSettings(
             files=tuple(map(str, files)),
@@ -96,7 +98,9 @@ def check(
     typer.echo(json.dumps(found) if as_json else "\n".join([*_lines(report), *_followed_lines(followed)]))
     if report.kind is ModelKind.SURFACE:
         typer.echo(SURFACE_WARNING, err=True)
-    if not report.is_complete:
+    if misfit is not None:
+        typer.echo(misfit, err=True)
+    if misfit is not None or not report.is_complete:
         raise typer.Exit(1)
 
 
@@ -128,6 +132,16 @@ def _planned(settings: MissionSettings, name: str) -> tuple[tuple[tuple[float, f
     named += [(f"corner {number}", corner) for number, corner in enumerate(corners, start=1)]
     places = tuple(Place(name, place.latitude_deg, place.longitude_deg) for name, place in named)
     return tuple((corner.latitude_deg, corner.longitude_deg) for corner in corners), places
+
+
+def _misfit(settings: MissionSettings, report: ElevationReport, model: ElevationModel) -> str | None:
+    """Return what is wrong with the altitude of a mission's origin by the model, whose first place it is."""
+    from aos_gcs.planning.terrain_check import origin_misfit  # noqa: PLC0415 - keeps the other commands' help fast
+
+    height_m = report.places[0].height_m
+    if settings.origin is None or height_m is None:
+        return None
+    return origin_misfit(settings.origin, height_m - settings.origin.altitude_amsl_m, model.geoid)
 
 
 def _followed(settings: MissionSettings, terrain: TerrainSettings) -> FollowedHeights | None:

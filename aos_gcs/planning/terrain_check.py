@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from aos_gcs.airspace.reference_surface import LEVEL, ReferenceSurface
 from aos_gcs.airspace.stopping import POSITION_ERROR_M
 from aos_gcs.airspace.terrain import GroundCells, GroundRaster
+from aos_gcs.elevation.geoid import Geoid
+from aos_gcs.elevation.likely_cause import likely_cause
 from aos_gcs.elevation.model import SURFACE_WARNING, ModelKind
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
@@ -28,6 +30,7 @@ from aos_gcs.planning.terrain import (
     ground_heights_m,
     ground_in_fence,
     ground_within,
+    open_model,
 )
 
 FloatArray = NDArray[np.float64]
@@ -111,7 +114,7 @@ def _problems(
     heights_m = ground_heights_m(terrain, origin, np.array([(0.0, 0.0), *planned.values()]))
     frame, level_m = LocalFrame(origin), float(heights_m[0])
     bare = dict(zip(planned, heights_m[1:], strict=True))
-    barred = list(_check_points(frame, planned, bare, 0.0 if is_reported else level_m))
+    barred = list(_check_points(frame, planned, bare, 0.0 if is_reported else level_m, open_model(terrain).geoid))
     yield from barred
     if barred:
         return
@@ -224,6 +227,7 @@ def _check_points(
     points_enu_m: Mapping[str, tuple[float, float]],
     heights_m: Mapping[str, float],
     level_m: float,
+    geoid: Geoid | None,
 ) -> Iterator[PlanProblem]:
     """Yield the points below which the ground is not known, and an origin that is ``level_m`` below the ground."""
     for field, point in points_enu_m.items():
@@ -231,14 +235,28 @@ def _check_points(
             where = f"The {field.partition('_')[0]} point at {place_text(frame, point)}"
             text = f"{where} is where the elevation model has a hole or ends. Move it, or add a file that covers it."
             yield PlanProblem(field, text)
-    if abs(level_m) > MAX_ALTITUDE_ERROR_M:
-        origin_m = frame.origin.altitude_amsl_m
-        text = (
-            f"The origin's altitude of {origin_m:.1f} m differs by {abs(level_m):.1f} m from the elevation model, "
-            f"which has {origin_m + level_m:.1f} m there; {MAX_ALTITUDE_ERROR_M:g} m are allowed: correct it, or the "
-            "model's vertical datum."
-        )
-        yield PlanProblem("launch_enu_m", text)
+    if (misfit := origin_misfit(frame.origin, level_m, geoid)) is not None:
+        yield PlanProblem("launch_enu_m", misfit)
+
+
+def origin_misfit(origin: GeodeticPosition, level_m: float, geoid: Geoid | None) -> str | None:
+    """Return what is wrong with an origin that is ``level_m`` below the ground of the model; None where nothing is.
+
+    Args:
+        origin: origin of a plan.
+        level_m: height of the ground above it, by the elevation model.
+        geoid: geoid, where its grid is at hand.
+    """
+    if not abs(level_m) > MAX_ALTITUDE_ERROR_M:
+        return None
+    origin_m = origin.altitude_amsl_m
+    undulation_m = None if geoid is None else float(geoid.undulation_m(origin.latitude_deg, origin.longitude_deg))
+    cause = likely_cause(origin_m + level_m, origin_m, undulation_m)
+    return (
+        f"The origin's altitude of {origin_m:.1f} m differs by {abs(level_m):.1f} m from the elevation model, "
+        f"which has {origin_m + level_m:.1f} m there; {MAX_ALTITUDE_ERROR_M:g} m are allowed"
+        f"{f' ({cause})' if cause else ''}: correct it, or the model's vertical datum or unit."
+    )
 
 
 def _planned_surface(

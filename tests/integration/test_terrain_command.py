@@ -57,6 +57,22 @@ def test_a_terrain_is_described_with_the_heights_of_a_plan(tmp_path: Path, capsy
     assert captured.err == ""
 
 
+def test_an_origin_that_does_not_fit_the_model_is_told_with_the_likely_cause(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    feet = np.full((120, 100), 800.0 / 0.3048, dtype=np.float32)
+    model, plan = write_model(tmp_path / "dtm.tif", "EPSG:32633+5773", heights=feet), tmp_path / "plan.toml"
+    plan.write_text(PLAN)
+    assert check(model, "--kind", "terrain", "--plan", plan) == 1
+    told = capsys.readouterr().err
+    assert "The origin's altitude of 800.0 m differs by 1824.7 m from the elevation model" in told
+    assert "(the model's heights look like feet)" in told
+    raised, geoid = feet * 0.3048 + 45.0, write_geoid(tmp_path / "geoid.gtx", 45.0)
+    write_model(tmp_path / "dtm.tif", "EPSG:32633+5773", heights=raised)
+    assert check(model, "--kind", "terrain", "--plan", plan, "--geoid", geoid) == 1
+    assert "look like those above the ellipsoid (the geoid is 45.0 m above" in capsys.readouterr().err
+
+
 def test_layers_that_cannot_follow_a_gorge_are_told_where(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     heights = np.full((120, 100), 800.0, dtype=np.float32)
     heights[55:65, 48:52] = 700.0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import struct
 import subprocess
 from pathlib import Path
 
@@ -107,6 +108,24 @@ def test_places_at_the_edge_take_the_height_of_their_cell(tmp_path: Path) -> Non
     for outwards_m, is_known in ((2.0, True), (3.0, False)):
         height = model.heights_amsl_m(latitude + outwards_m / 111_200, longitude)
         assert bool(np.isfinite(height)) is is_known
+
+
+def test_undulations_are_those_of_the_grid_of_proj() -> None:
+    geoid = find_geoid()
+    if geoid is None or geoid.grid.suffix != ".gtx":
+        pytest.skip("no grid of EGM96 is installed (Debian: proj-data)")
+    content = geoid.grid.read_bytes()
+    south, west, step_deg, _, rows, columns = struct.unpack(">4d2i", content[:40])
+    grid_m = np.frombuffer(content[40:], ">f4").reshape(rows, columns)
+    rng = np.random.default_rng(1)
+    latitude_deg, longitude_deg = rng.uniform(-85.0, 85.0, 1000), rng.uniform(-180.0, 179.0, 1000)
+    row, column = (latitude_deg - south) / step_deg, (longitude_deg - west) / step_deg
+    below, left = row.astype(np.int64), column.astype(np.int64)
+    up, along = row - below, column - left
+    southern_m = (1.0 - along) * grid_m[below, left] + along * grid_m[below, (left + 1) % columns]
+    northern_m = (1.0 - along) * grid_m[below + 1, left] + along * grid_m[below + 1, (left + 1) % columns]
+    expected_m = (1.0 - up) * southern_m + up * northern_m
+    assert geoid.undulation_m(latitude_deg, longitude_deg) == pytest.approx(expected_m, abs=1e-6)
 
 
 def test_ellipsoidal_heights_are_brought_to_sea_level(tmp_path: Path) -> None:
