@@ -29,6 +29,7 @@ from aos_sim.camera.image import ImageSource
 from aos_sim.camera.server import ImageServer
 from aos_sim.clock import Pacer
 from aos_sim.swarm import SimulatedSwarm, SwarmOptions
+from aos_sim.world.relief import Relief
 from tests.fakes.air import GCS, Air, targets
 from tests.fakes.frozen import StationLoop, station
 from tests.fakes.mission_flight import InlineExecutor, MemoryRecorder, settings
@@ -138,11 +139,12 @@ async def simulated(
     *,
     scene: ImageSource | None = None,
     image_size_px: int = IMAGE_SIZE_PX,
+    relief: Relief | None = None,
     **options: object,
 ) -> AsyncIterator[tuple[MavlinkFleet, SimulatedSwarm]]:
     """Open the driver, and a simulated swarm with ``options``, both over ``air``; files of images go to ``images``.
 
-    Its cameras see ``scene``, or else a warm spot.
+    Its cameras see ``scene``, or else a warm spot; it stands on ``relief``, or else on level ground.
     """
     loop = asyncio.get_running_loop()
     air.install(loop)
@@ -172,7 +174,7 @@ async def simulated(
     async with AsyncExitStack() as stack:
         with station():
             fleet = await stack.enter_async_context(open_mavlink([f"udpin://{GCS[0]}:{GCS[1]}"], context))
-        swarm = await stack.enter_async_context(SimulatedSwarm(swarm_options, scene or WarmSpot()))
+        swarm = await stack.enter_async_context(SimulatedSwarm(swarm_options, scene or WarmSpot(), relief))
         yield fleet, swarm
 
 
@@ -198,6 +200,7 @@ async def flying_over(
         "errors": changes.pop("errors", POSITIONS_ERR),
         "scene": changes.pop("scene", None),
         "image_size_px": changes.pop("image_size_px", IMAGE_SIZE_PX),
+        "relief": changes.pop("relief", None),
     }
     clock, loop = LoopClock(), StationLoop(asyncio.get_running_loop())
     journal, recorder, pulse = Journal(clock), MemoryRecorder(), LoopMonitor(period_s=0.5)
