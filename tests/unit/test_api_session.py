@@ -129,6 +129,25 @@ def test_each_wrong_code_costs_twice_the_wait_of_the_one_before(time: HandTime) 
     assert throttle.wait_s(HERE) == 0.0
 
 
+def test_signing_in_with_an_own_account_forgives_no_guesses_about_others(time: HandTime) -> None:
+    throttle, guesses = GuessThrottle(time), 0
+    for _ in range(20):
+        while throttle.wait_s(HERE) == 0.0 and guesses % FREE_GUESSES != FREE_GUESSES - 1:
+            throttle.note_wrong(HERE, "Ada")
+            guesses += 1
+        throttle.note_wrong(HERE, "Olga")
+        throttle.note_right(HERE, "Olga")
+        guesses += 1
+    assert throttle.wait_s(HERE) > 0.0
+    time.now_s += FORGET_AFTER_S + 1.0
+    for _ in range(FREE_GUESSES - 1):
+        throttle.note_wrong(HERE, "ada")
+    throttle.note_wrong(HERE, "Ada")
+    throttle.note_right(HERE, "Ada")
+    throttle.note_wrong(HERE, "Ada")
+    assert throttle.wait_s(HERE) == 0.0, "begins anew after the right one"
+
+
 def test_many_addresses_together_have_a_budget_that_leaves_this_machine_alone(time: HandTime) -> None:
     throttle = GuessThrottle(time)
     guesses = 0

@@ -5,12 +5,18 @@ from __future__ import annotations
 import asyncio
 import json
 from collections.abc import AsyncIterator
+from contextlib import AsyncExitStack
+from pathlib import Path
 from typing import Any
 
 import httpx
 import pytest
+from argon2 import PasswordHasher
 from websockets.asyncio.client import ClientConnection, connect
 
+from aos_gcs.api.access import passwords
+from aos_gcs.api.access.accounts import AccountFile
+from aos_gcs.api.access.roles import Role
 from aos_gcs.api.once import KEPT, Once
 from aos_gcs.api.server import ServerAddress, serve
 from aos_gcs.clock import LoopClock
@@ -19,9 +25,11 @@ from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.phase import Phase
 from tests.fakes.app import app_of
 from tests.fakes.mission import ScriptedMission
+from tests.timing import scaled_s
 
 CODE = "larch-and-spruce"
 PRESS = "press-0001"
+PASSWORD = "larch and spruce"  # noqa: S105 - of the tests
 
 
 @pytest.fixture
@@ -121,3 +129,30 @@ async def test_a_hold_goes_on_when_its_client_is_gone_and_its_refusal_comes_agai
         await once.run(number, hold)
     await once.run("a", hold)
     assert len(calls) == KEPT + 3, "what is long past is forgotten"
+
+
+async def test_an_operator_who_loses_the_account_loses_control(
+    mission: ScriptedMission, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(passwords, "_hasher", lambda: PasswordHasher(time_cost=1, memory_cost=8, parallelism=1))
+    accounts = AccountFile(tmp_path / "accounts.json")
+    for name in ("Ada", "Robin"):
+        accounts.add(name, Role.OPERATOR, PASSWORD, 0.0)
+    # The clock stands still: nobody is gone because time has passed.
+    app = app_of(mission, accounts=accounts, anyone_observes=True, now_s=lambda: 1000.0)
+    async with serve(app, port=0) as address, AsyncExitStack() as stack:
+        ada, robin = [
+            await stack.enter_async_context(httpx.AsyncClient(base_url=address.url, timeout=scaled_s(10.0)))
+            for _ in range(2)
+        ]
+        for name, client in (("Ada", ada), ("Robin", robin)):
+            await client.post("/api/session", json={"name": name, "password": PASSWORD})
+        stream = await stack.enter_async_context(stream_of(address, ada))
+        await anext(aiter(stream))
+        assert (await ada.post("/api/control/take", json={"reason": "wind"})).status_code == 200
+        refused = await robin.post("/api/control/take", json={"reason": ""})
+        assert refused.status_code == 422, "Ada has control, and is there"
+        accounts.remove("Ada")
+        async with asyncio.timeout(scaled_s(5.0)):
+            while (await robin.post("/api/control/take", json={"reason": ""})).status_code != 200:
+                await anext(aiter(stream))  # goes on: she observes, as anybody does

@@ -85,6 +85,11 @@ class Control:
             del self._following[name]
         self._seen_s[name] = self._now_s()
 
+    def leave(self, name: str) -> None:
+        """Note that somebody commands no longer, whatever pages are open: control is free for the next at once."""
+        self._seen_s.pop(name, None)
+        self._requests.pop(name, None)
+
     def claim(self, name: str) -> bool:
         """Have an operator command; return whether control has changed hands by that.
 

@@ -28,6 +28,8 @@ class _Guesses:
     latest_s: float
     open_at_s: float
     """Time at which the next code is accepted for comparison."""
+    about: str | None
+    """Account that all of them were about; None where they were about several."""
 
 
 class GuessThrottle:
@@ -51,24 +53,38 @@ class GuessThrottle:
         shared_s = 0.0 if self._is_free(address) else (1.0 - self._budget.left(now_s)) / self._budget.per_s
         return max(0.0, own_s, shared_s)
 
-    def note_wrong(self, address: str) -> None:
-        """Count a wrong guess."""
-        now_s, key = self._now_s(), group_of(address)
+    def note_wrong(self, address: str, about: str = "") -> None:
+        """Count a wrong guess.
+
+        Args:
+            address: source address of the guess.
+            about: name of the account that it was about; nothing for the code of all.
+        """
+        now_s, key, name = self._now_s(), group_of(address), about.casefold()
         guesses = self._by_address.pop(key, None)
-        wrong = 1 if guesses is None or now_s - guesses.latest_s > FORGET_AFTER_S else guesses.wrong + 1
+        if guesses is None or now_s - guesses.latest_s > FORGET_AFTER_S:
+            guesses = _Guesses(0, now_s, now_s, name)
+        wrong = guesses.wrong + 1
         # The exponent is bounded before it is used: an attacker's count is not.
         doublings = min(wrong - FREE_GUESSES, 16)
         wait_s = min(LONGEST_WAIT_S, FIRST_WAIT_S * 2.0 ** (doublings - 1)) if doublings > 0 else 0.0
-        self._by_address[key] = _Guesses(wrong, now_s, now_s + wait_s)
+        self._by_address[key] = _Guesses(wrong, now_s, now_s + wait_s, name if guesses.about == name else None)
         if len(self._by_address) > ADDRESSES_KEPT:
             self._by_address.popitem(last=False)
         if not self._is_free(address):
             self._budget.left(now_s)
             self._budget.spend(1.0)
 
-    def note_right(self, address: str) -> None:
-        """Forget the wrong codes of an address."""
-        self._by_address.pop(group_of(address), None)
+    def note_right(self, address: str, about: str = "") -> None:
+        """Forget the wrong guesses of an address about an account; of others, only that this one was counted.
+
+        Else somebody with an account could guess the passwords of others without a wait, by signing in between.
+        """
+        guesses = self._by_address.get(group_of(address))
+        if guesses is not None and guesses.about == about.casefold():
+            del self._by_address[group_of(address)]
+        elif guesses is not None:
+            guesses.wrong -= 1
 
     def _is_free(self, address: str) -> bool:
         """Return whether an address has no part in the budget of all."""

@@ -154,12 +154,13 @@ class Access:
         self._sessions[digest(token)] = Session(Role.OPERATOR, name)
         return token
 
-    async def sign_in_by(self, account: Callable[[], Awaitable[Account | None]], address: str) -> str:
+    async def sign_in_by(self, account: Callable[[], Awaitable[Account | None]], address: str, about: str = "") -> str:
         """Return the token of a session of the account that a password or an invitation leads to.
 
         Args:
             account: returns the account; None where name, password or invitation are wrong.
             address: source address of the request.
+            about: name of the account; nothing for invitations.
 
         Raises:
             TooManyGuessesError: too many wrong passwords; this one was not compared.
@@ -169,11 +170,11 @@ class Access:
             raise WrongCodeError("This service has no accounts. Sign in with the operator code.")
         self._check_wait(address, "passwords", "sign in again")
         # Counted before it is compared: comparing takes a while, in which many more could come.
-        self._throttle.note_wrong(address)
+        self._throttle.note_wrong(address, about)
         found = await account()
         if found is None:
             raise WrongCodeError("Wrong name or password.")
-        self._throttle.note_right(address)
+        self._throttle.note_right(address, about)
         return self.accounts.begin(found)
 
     def _check_wait(self, address: str, what: str, remedy: str) -> None:

@@ -8,7 +8,9 @@ from typing import Annotated, Final, NoReturn
 from fastapi import APIRouter, Query, WebSocket, WebSocketDisconnect
 from pydantic import ValidationError
 
+from aos_gcs.api.access.control import Control
 from aos_gcs.api.access.roles import Role
+from aos_gcs.api.access.sessions import Session
 from aos_gcs.api.convert.mission import action_results
 from aos_gcs.api.dependencies import Hub, access_of, commands_of, once_of, session_of
 from aos_gcs.api.errors import status_and_id
@@ -45,19 +47,42 @@ async def read_missed_events(after: Annotated[int, Query(ge=0)], hub: Hub) -> Mi
 async def follow_events(websocket: WebSocket, hub: Hub) -> None:
     """Send ``hello``, then events and changes, until the client leaves or the service ends; carry out its holds."""
     await websocket.accept()
-    session, control = session_of(websocket), access_of(websocket).control
-    is_operator = session.name != "" and session.role.may(Role.OPERATOR)
-    if is_operator:
-        control.begin_following(session.name)
+    presence = _Presence(access_of(websocket).control)
     try:
         async with asyncio.TaskGroup() as group:
-            group.create_task(_send_events(websocket, hub))
+            group.create_task(_send_events(websocket, hub, presence))
             await _receive_holds(websocket, group)
     except* (WebSocketDisconnect, TimeoutError):
         pass  # both end a connection normally
     finally:
-        if is_operator:
-            control.end_following(session.name)
+        presence.end()
+
+
+class _Presence:
+    """Operator who is present by a page: as long as it is open, and as long as its session may command."""
+
+    def __init__(self, control: Control) -> None:
+        self._control = control
+        self._name = ""
+
+    def look(self, session: Session) -> None:
+        """Note whose page it is now: accounts are removed, and get other roles, while pages are open."""
+        name = session.name if session.role.may(Role.OPERATOR) else ""
+        if name == self._name:
+            return
+        former = self._name
+        self.end()
+        if former:
+            self._control.leave(former)
+        if name:
+            self._control.begin_following(name)
+        self._name = name
+
+    def end(self) -> None:
+        """Note that the page is gone."""
+        if self._name:
+            self._control.end_following(self._name)
+        self._name = ""
 
 
 async def _receive_holds(websocket: WebSocket, group: asyncio.TaskGroup) -> NoReturn:
@@ -97,10 +122,12 @@ async def _hold_all(websocket: WebSocket, request_id: str) -> ActionResponse:
     return action_results(Action.HOLD, results)
 
 
-async def _send_events(websocket: WebSocket, hub: EventHub) -> NoReturn:
+async def _send_events(websocket: WebSocket, hub: EventHub, presence: _Presence) -> NoReturn:
     with hub.connect() as outbox:
-        while session_of(websocket).role.may(Role.OBSERVER):
+        while (session := session_of(websocket)).role.may(Role.OBSERVER):
+            presence.look(session)
             await _send(websocket, await _next_message(outbox))
+    presence.look(session)
     await websocket.close(_SIGNED_OUT)
     raise WebSocketDisconnect(_SIGNED_OUT)
 

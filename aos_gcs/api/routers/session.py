@@ -85,7 +85,7 @@ async def change_password(
             return None
         return await asyncio.to_thread(desk.set_password, session.name, body.new_password, _address(request))
 
-    token = await access.sign_in_by(changed, _address(request))
+    token = await access.sign_in_by(changed, _address(request), session.name)
     return await _signed_in(token, request, response, access)
 
 
@@ -105,7 +105,7 @@ async def sign_out(
 
 async def _by_password(access: Access, desk: AccountDesk, name: str, password: str, address: str) -> str:
     try:
-        token = await access.sign_in_by(lambda: desk.sessions.find(name, password), address)
+        token = await access.sign_in_by(lambda: desk.sessions.find(name, password), address, name)
     except TooManyGuessesError:
         await desk.note_locked(name, address)
         raise
