@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from aos_gcs.groundmap.figures import GroundFigures
+    from aos_gcs.groundmap.figures import GroundFigures, SegmentFigures
 
 
 def searched(
@@ -96,4 +96,18 @@ def figure_lines(figures: GroundFigures) -> list[str]:
             f"mean probability of detection: standing {shares.standing:.0%}, sitting {shares.sitting:.0%}, "
             f"lying {shares.lying:.0%}"
         )
-    return lines
+    if figures.success is not None:
+        lines.append(f"probability of success by the prior: {figures.success:.0%}")
+    return [*lines, *map(_segment_line, figures.segments)]
+
+
+def _segment_line(segment: SegmentFigures) -> str:
+    """Return the figures of a segment, all flights so far, as a line of text."""
+    parts = [f"{segment.seen_fraction:.0%} of {segment.area_m2 / 1e4:.2f} ha seen"]
+    if segment.detection is not None:
+        parts.append(f"probability of detection (standing) {segment.detection:.0%}")
+    if segment.probability is not None:
+        parts.append(f"probability of area {segment.probability:.0%}")
+    if segment.success is not None:
+        parts.append(f"of success {segment.success:.0%}")
+    return f"segment {segment.name}: {', '.join(parts)}"

@@ -40,6 +40,7 @@ from aos_gcs.planning.settings import (
 )
 from aos_gcs.planning.terrain import open_model
 from aos_gcs.prior.file import read_prior
+from aos_gcs.prior.segments import read_segments
 from aos_gcs.sharing.settings import CaltopoSettings, SharingSettings, TakSettings, WebhookSettings
 from aos_gcs.swarm.registry import make_strategy
 from aos_gcs.tracking.motion import MotionSettings
@@ -159,13 +160,18 @@ def _relay(config: ServiceConfig, vehicle_ids: Sequence[int]) -> RelaySettings:
 
 
 def _search(table: Mapping[str, Any]) -> SearchSettings:
-    """Return the settings of the search; a prior that cannot be used is refused here."""
+    """Return the settings of the search; a prior or segments that cannot be used are refused here."""
     search = _build(SearchSettings, "search", table)
     if search.prior is not None:
         try:
             read_prior(search.prior)
         except (ConfigurationError, InputDataError) as error:
             raise ConfigurationError(f"search.prior: {error}") from error
+    if search.segments is not None:
+        try:
+            read_segments(search.segments)
+        except InputDataError as error:
+            raise ConfigurationError(f"search.segments: {error}") from error
     return search
 
 

@@ -22,6 +22,8 @@ from aos_gcs.groundmap.figures import Polygon, ViewRaster
 from aos_gcs.groundmap.ground_map import GroundMap
 from aos_gcs.groundmap.tile import COLOUR_CELL_M, COLOUR_CELLS, TILE_M, VIEW_CELL_M
 from aos_gcs.imaging.model import MapRaster
+from aos_gcs.prior.model import AreaPrior
+from aos_gcs.prior.segments import Segment
 
 LEAST_GAP_M2: Final = 4.0
 """Smaller gaps are left out: nobody is sent there for them."""
@@ -41,6 +43,10 @@ class SearchedGround:
     """Share of the ground that one image does not see; None where the forest is not described."""
     frames: int
     """Frames on the map."""
+    prior: AreaPrior | None = None
+    """Probability by place in the area, before the search; None without a prior."""
+    segments: tuple[Segment, ...] = ()
+    """Segments that the mission has named."""
 
     def detection(self, posture: Posture) -> NDArray[np.float64]:
         """Return the probability of detection of each cell, shape (rows, columns).

@@ -26,6 +26,22 @@ class DetectionFigures:
 
 
 @dataclass(frozen=True, slots=True)
+class SegmentFigures:
+    """Figures of a segment after all flights that the map knows."""
+
+    name: str
+    area_m2: float
+    seen_fraction: float
+    """Share that was seen from at least one direction."""
+    detection: float | None
+    """Mean probability of detection of a standing person; None where the forest is not described."""
+    probability: float | None
+    """Probability before the search that the person is in the segment, within the search area; None without a prior."""
+    success: float | None
+    """Probability that the person is there and would have been noticed by now; None without a prior or a forest."""
+
+
+@dataclass(frozen=True, slots=True)
 class GroundFigures:
     """Figures about the searched ground."""
 
@@ -41,6 +57,10 @@ class GroundFigures:
     """Mean probability of detection over the search area; None where the forest is not described."""
     soon: float | None = None
     """The same for a standing person after ten more minutes of flight where they gain most; None where unknown."""
+    success: float | None = None
+    """Probability that the person is in the search area and would have been noticed; None without a prior or forest."""
+    segments: tuple[SegmentFigures, ...] = ()
+    """Figures by segment, where segments are named."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

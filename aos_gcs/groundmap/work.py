@@ -6,19 +6,21 @@ A worker remembers the map that it has opened. One that replaces another finds i
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
 from aos_gcs.errors import ImagingError, RecordingError
 from aos_gcs.geometry.geodesy import GeodeticPosition
-from aos_gcs.groundmap.figures import GroundFigures, Polygon, ground_figures, view_raster
+from aos_gcs.groundmap.figures import GroundFigures, Polygon, ViewRaster, ground_figures, view_raster
 from aos_gcs.groundmap.ground_map import GroundMap, open_map
+from aos_gcs.groundmap.segments import segment_figures, success_of
 from aos_gcs.groundmap.shading import ground_pictures
 from aos_gcs.imaging.model import Frame
 from aos_gcs.imaging.pictures import RasterPicture
 from aos_gcs.imaging.views import FocalSurface
 from aos_gcs.prior.model import AreaPrior
+from aos_gcs.prior.segments import Segment
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +43,8 @@ class SearchedArea:
     """Share of the ground that one image does not see; None where the forest is not described."""
     prior: AreaPrior | None = None
     """Probability by place in the area; None: all places are as likely."""
+    segments: tuple[Segment, ...] = ()
+    """Parts of the ground whose figures are told one by one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +57,8 @@ class GroundReport:
     """Pictures of the map; empty where none were asked for, or nothing was searched."""
     unwritten: str
     """Why the map on the disk lacks something; empty otherwise."""
+    has_parts: bool
+    """Whether the figures have segments and the probability of success: not for every batch, as they take longer."""
 
 
 @lru_cache(maxsize=1)
@@ -97,5 +103,17 @@ def add_frames(
         unwritten = str(error)
     raster = view_raster(ground.views, area.area_enu_m)
     figures = ground_figures(raster, area.area_enu_m, area.occlusion, ground.header.frames, left_out)
+    has_parts = flush or not frames
+    if has_parts:
+        figures = with_parts(figures, raster, area)
     rendered = ground_pictures(raster, area.occlusion) if pictures and ground.views else ()
-    return GroundReport(figures, rendered, unwritten)
+    return GroundReport(figures, rendered, unwritten, has_parts)
+
+
+def with_parts(figures: GroundFigures, raster: ViewRaster, area: SearchedArea) -> GroundFigures:
+    """Return figures with those of segments, and with the probability of success."""
+    return replace(
+        figures,
+        success=success_of(raster, area.occlusion, area.prior),
+        segments=segment_figures(raster, area.segments, area.occlusion, area.prior),
+    )

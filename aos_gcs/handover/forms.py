@@ -7,7 +7,7 @@ from typing import Final
 from reportlab.lib.units import mm
 from reportlab.platypus import Flowable, Spacer
 
-from aos_gcs.groundmap.figures import GroundFigures
+from aos_gcs.groundmap.figures import GroundFigures, SegmentFigures
 from aos_gcs.handover.model import Flight, Handover
 from aos_gcs.handover.styles import box, boxes, listing, paragraph, styles
 from aos_gcs.handover.texts import STATUSES, UNKNOWN, Writer, duration, kind_text, percent, searched_lines
@@ -142,7 +142,18 @@ def _searched(ground: GroundFigures | None) -> list[str]:
         return []
     shares = ground.detection
     values = f"standing {percent(shares.standing)}, sitting {percent(shares.sitting)}, lying {percent(shares.lying)}"
-    return [f"Mean probability of detection in the area, all sorties so far: {values}."]
+    lines = [f"Mean probability of detection in the area, all sorties so far: {values}."]
+    if ground.success is not None:
+        lines.append(f"Probability of success by the prior, all sorties so far: {percent(ground.success)}.")
+    return [*lines, *map(_segment, ground.segments)]
+
+
+def _segment(segment: SegmentFigures) -> str:
+    """Return the figures of a segment."""
+    detection = "" if segment.detection is None else f", detection of a standing person {percent(segment.detection)}"
+    success = "" if segment.success is None else f", success {percent(segment.success)}"
+    seen = f"{percent(segment.seen_fraction)} of {segment.area_m2 / 10_000.0:.2f} ha seen"
+    return f"Segment {segment.name}, all sorties so far: {seen}{detection}{success}."
 
 
 def _instructions(handover: Handover, writer: Writer) -> list[str]:

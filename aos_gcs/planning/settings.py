@@ -106,6 +106,8 @@ class SearchSettings:
     """Greatest distance of neighbouring legs; None: as wide as the swarm's line sees."""
     prior: str | None = None
     """GeoTIFF or GeoJSON file that says where the person is likely to be; None: all places are as likely."""
+    segments: str | None = None
+    """GeoJSON file of named polygons whose figures are told one by one; None: none."""
 
     def __post_init__(self) -> None:
         if self.pod is not None and not LEAST_POD <= self.pod <= GREATEST_POD:

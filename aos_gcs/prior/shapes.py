@@ -54,7 +54,7 @@ class PolygonPrior:
         """Return the probability per square metre at places; see :class:`~aos_gcs.prior.model.Prior`."""
         density = np.zeros(len(places_enu_m))
         for polygon in self.polygons:
-            rings_m = [_to_enu(frame, ring_deg) for ring_deg in polygon.rings_deg]
+            rings_m = [to_enu_m(frame, ring_deg) for ring_deg in polygon.rings_deg]
             area_m2 = abs(_area_m2(rings_m[0])) - sum(abs(_area_m2(ring_m)) for ring_m in rings_m[1:])
             if area_m2 <= 0.0:
                 continue
@@ -78,7 +78,7 @@ class RingPrior:
 
         See :class:`~aos_gcs.prior.model.Prior`.
         """
-        (centre_m,) = _to_enu(frame, (self.place_deg,))
+        (centre_m,) = to_enu_m(frame, (self.place_deg,))
         radii_m = np.array([0.0, *self.distances_m, BEYOND * self.distances_m[-1]])
         shares = np.diff([0.0, *DISTANCE_SHARES, 1.0])
         densities = np.append(shares / (math.pi * np.diff(radii_m**2)), 0.0)
@@ -92,18 +92,10 @@ def read_shapes(path: Path) -> PolygonPrior | RingPrior:
     Raises:
         InputDataError: it is none; the text names the file, the feature and the remedy.
     """
-    try:
-        if path.stat().st_size > MAX_BYTES:
-            raise InputDataError(f"{path} is larger than {MAX_BYTES // 1_000_000} MB: simplify it.")
-        document = json.loads(path.read_text("utf-8"))
-    except OSError as error:
-        raise InputDataError(f"{path} cannot be read: {error.strerror or error}.") from error
-    except (ValueError, RecursionError) as error:
-        raise InputDataError(f"{path} is not valid JSON: {error}.") from error
-    features = list(_features(document, path))
+    features = read_features(path)
     if not features:
         raise InputDataError(f"{path} holds no feature: draw polygons with a probability, or a last known point.")
-    kinds = {str(_geometry(feature, path).get("type")) for feature in features}
+    kinds = {str(geometry_of(feature, path).get("type")) for feature in features}
     if kinds == {"Point"}:
         if len(features) > 1:
             raise InputDataError(f"{path} holds {len(features)} points: leave one last known point.")
@@ -113,6 +105,23 @@ def read_shapes(path: Path) -> PolygonPrior | RingPrior:
     raise InputDataError(
         f"{path} holds the geometries {', '.join(sorted(kinds))}: give either polygons, or one last known point."
     )
+
+
+def read_features(path: Path) -> list[Mapping[str, Any]]:
+    """Return the features of a GeoJSON file.
+
+    Raises:
+        InputDataError: it is none; the text names the file and the remedy.
+    """
+    try:
+        if path.stat().st_size > MAX_BYTES:
+            raise InputDataError(f"{path} is larger than {MAX_BYTES // 1_000_000} MB: simplify it.")
+        document = json.loads(path.read_text("utf-8"))
+    except OSError as error:
+        raise InputDataError(f"{path} cannot be read: {error.strerror or error}.") from error
+    except (ValueError, RecursionError) as error:
+        raise InputDataError(f"{path} is not valid JSON: {error}.") from error
+    return list(_features(document, path))
 
 
 def inside_ring(places_m: FloatArray, ring_m: FloatArray) -> NDArray[np.bool_]:
@@ -148,14 +157,20 @@ def _features(document: object, path: Path) -> Iterator[Mapping[str, Any]]:
         yield feature
 
 
-def _geometry(feature: Mapping[str, Any], path: Path) -> Mapping[str, Any]:
+def geometry_of(feature: Mapping[str, Any], path: Path) -> Mapping[str, Any]:
+    """Return the geometry of a feature.
+
+    Raises:
+        InputDataError: it has none.
+    """
     geometry = feature.get("geometry")
     if not isinstance(geometry, dict):
         raise InputDataError(f"{path} holds a feature without a geometry: remove it.")
     return geometry
 
 
-def _properties(feature: Mapping[str, Any]) -> Mapping[str, Any]:
+def properties_of(feature: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the properties of a feature; none where it has none."""
     properties = feature.get("properties")
     return properties if isinstance(properties, dict) else {}
 
@@ -164,7 +179,7 @@ def _properties(feature: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def _rings(feature: Mapping[str, Any], path: Path) -> RingPrior:
-    properties = _properties(feature)
+    properties = properties_of(feature)
     stated = properties.get("distances_m")
     shares = ", ".join(f"{share:.0%}" for share in DISTANCE_SHARES)
     if not isinstance(stated, list) or len(stated) != len(DISTANCE_SHARES):
@@ -178,7 +193,7 @@ def _rings(feature: Mapping[str, Any], path: Path) -> RingPrior:
         raise InputDataError(
             f"{path}: distances_m must be four ascending numbers of metres above 0 ({shares}), but is {shown(stated)}."
         )
-    place_deg = _place(_geometry(feature, path).get("coordinates"), path)
+    place_deg = _place(geometry_of(feature, path).get("coordinates"), path)
     return RingPrior(place_deg, (known[0], known[1], known[2], known[3]), str(properties.get("category", "")))
 
 
@@ -186,7 +201,7 @@ def _rings(feature: Mapping[str, Any], path: Path) -> RingPrior:
 
 
 def _polygons(features: Sequence[Mapping[str, Any]], path: Path) -> PolygonPrior:
-    fields = [next((name for name in ("probability", "weight") if name in _properties(one)), "") for one in features]
+    fields = [next((name for name in ("probability", "weight") if name in properties_of(one)), "") for one in features]
     if "" in fields:
         raise InputDataError(
             f"{path}: feature {fields.index('') + 1} has neither probability (0 to 1) nor weight among its properties: "
@@ -195,7 +210,7 @@ def _polygons(features: Sequence[Mapping[str, Any]], path: Path) -> PolygonPrior
     if len(set(fields)) > 1:
         raise InputDataError(f"{path} states probability for some polygons and weight for others: use one of them.")
     field = fields[0]
-    values = [_value(_properties(feature)[field], f"{path}: {field} of feature {number}", field) for number, feature
+    values = [_value(properties_of(feature)[field], f"{path}: {field} of feature {number}", field) for number, feature
               in enumerate(features, 1)]  # fmt: skip
     total = sum(values)
     if total <= 0.0:
@@ -209,7 +224,7 @@ def _polygons(features: Sequence[Mapping[str, Any]], path: Path) -> PolygonPrior
     polygons = tuple(
         polygon
         for value, feature in zip(values, features, strict=True)
-        for polygon in _parts(_geometry(feature, path), value / scale, path)
+        for polygon in _parts(geometry_of(feature, path), value / scale, path)
     )
     if sum(len(ring) for polygon in polygons for ring in polygon.rings_deg) > MAX_CORNERS:
         raise InputDataError(f"{path}: the polygons have more than {MAX_CORNERS} corners: simplify them.")
@@ -233,7 +248,7 @@ def _parts(geometry: Mapping[str, Any], probability: float, path: Path) -> Itera
     listed = [coordinates] if geometry.get("type") == "Polygon" else coordinates
     if not isinstance(listed, list) or not listed:
         raise InputDataError(f"{path} holds a polygon without coordinates: remove it.")
-    parts = [tuple(_ring(ring, path) for ring in part) if isinstance(part, list) else () for part in listed]
+    parts = [tuple(ring_of(ring, path) for ring in part) if isinstance(part, list) else () for part in listed]
     if not all(parts):
         raise InputDataError(f"{path} holds a polygon without coordinates: remove it.")
     areas = [_degree_area(rings) for rings in parts]
@@ -243,7 +258,12 @@ def _parts(geometry: Mapping[str, Any], probability: float, path: Path) -> Itera
         yield WeightedPolygon(rings, probability * area / sum(areas))
 
 
-def _ring(ring: object, path: Path) -> tuple[PlaceDeg, ...]:
+def ring_of(ring: object, path: Path) -> tuple[PlaceDeg, ...]:
+    """Return the corners of a ring of coordinates, each once.
+
+    Raises:
+        InputDataError: it is none; the text names the file.
+    """
     if not isinstance(ring, list):
         raise InputDataError(f"{path} holds a ring that is no list of places: {shown(ring)}.")
     places = tuple(_place(place, path) for place in ring)
@@ -275,6 +295,7 @@ def _area_m2(ring: FloatArray) -> float:
     return float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2.0
 
 
-def _to_enu(frame: LocalFrame, places_deg: Sequence[PlaceDeg]) -> FloatArray:
+def to_enu_m(frame: LocalFrame, places_deg: Sequence[PlaceDeg]) -> FloatArray:
+    """Return places in a local frame, horizontal, shape (k, 2)."""
     altitude_m = frame.origin.altitude_amsl_m
     return np.array([frame.to_enu(GeodeticPosition(*place_deg, altitude_m))[:2] for place_deg in places_deg])

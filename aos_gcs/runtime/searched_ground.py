@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
+import logging
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
+from typing import TypeVar
 
-from aos_gcs.errors import InputDataError
+from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.exports.ground_files import SearchedGround, gaps_geojson, write_ground_raster
 from aos_gcs.groundmap.detection import Posture
 from aos_gcs.groundmap.figures import GroundFigures, ground_figures, view_raster
 from aos_gcs.groundmap.ground_map import HEADER_NAME, read_map
+from aos_gcs.groundmap.work import SearchedArea, with_parts
 from aos_gcs.mission.viewing import GroundFile
+from aos_gcs.prior.file import prior_over
+from aos_gcs.prior.segments import segments_about
 from aos_gcs.store.reader import MissionReader
 from aos_gcs.store.schema import GROUND_NAME
+
+_log = logging.getLogger(__name__)
+_T = TypeVar("_T")
 
 
 def read_searched_ground(folder: Path) -> SearchedGround:
@@ -30,18 +39,33 @@ def read_searched_ground(folder: Path) -> SearchedGround:
             "version or a survey."
         )
     stored, settings = read_map(ground), search.settings
+    origin, names = stored.header.origin, settings.search
     return SearchedGround(
         raster=view_raster(stored.views, settings.area_enu_m),
         origin=stored.header.origin,
         area_enu_m=settings.area_enu_m,
         occlusion=None if settings.forest is None else settings.forest.occlusion,
         frames=stored.header.frames,
+        prior=_if_there(lambda: names.prior and prior_over(names.prior, origin, settings.area_enu_m)),
+        segments=_if_there(lambda: names.segments and segments_about(names.segments, origin)) or (),
     )
+
+
+def _if_there(read: Callable[[], _T | str | None]) -> _T | None:
+    """Return what is read from a file that the mission was flown with; None where it is gone, or was changed since."""
+    try:
+        found = read()
+    except (ConfigurationError, InputDataError) as error:
+        _log.warning("left out of the figures: %s", error)
+        return None
+    return None if isinstance(found, str) else found
 
 
 def figures_of(ground: SearchedGround) -> GroundFigures:
     """Return the figures about the search area."""
-    return ground_figures(ground.raster, ground.area_enu_m, ground.occlusion, ground.frames, 0)
+    area = SearchedArea(ground.area_enu_m, ground.occlusion, ground.prior, ground.segments)
+    figures = ground_figures(ground.raster, ground.area_enu_m, ground.occlusion, ground.frames, 0)
+    return with_parts(figures, ground.raster, area)
 
 
 def make_ground_file(folder: Path, kind: GroundFile, posture: Posture, below: float) -> bytes:

@@ -15,6 +15,7 @@ from aos_gcs.mission.model.vehicles import VehicleSnapshot
 from aos_gcs.ports import LandedState, Severity
 from aos_gcs.store.recorder import MissionRecorder
 from tests.fakes import records
+from tests.fakes.mission import GROUND
 
 START_UTC_S = 1_777_800_000.0
 """2026-05-03 09:20:00 UTC."""
@@ -35,7 +36,7 @@ def state(at_s: float, *, up_m: float, battery: float | None = 0.9, findings: Se
     """Return the state of a mission of one vehicle, at a height and half a metre farther east every second."""
     snapshot = records.snapshot()
     vehicle = airborne(snapshot.vehicles[0], (0.5 * at_s, 0.0, up_m), battery)
-    shown = replace(snapshot, elapsed_s=at_s, vehicles=(vehicle,), findings=tuple(findings))
+    shown = replace(snapshot, elapsed_s=at_s, vehicles=(vehicle,), findings=tuple(findings), ground=GROUND)
     return Event(0, START_UTC_S + at_s, EventKind.SNAPSHOT, shown)
 
 

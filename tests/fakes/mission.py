@@ -12,7 +12,7 @@ import numpy as np
 
 from aos_gcs.errors import MissionError
 from aos_gcs.geometry.geodesy import EnuPoint
-from aos_gcs.groundmap.figures import DetectionFigures, GroundFigures
+from aos_gcs.groundmap.figures import DetectionFigures, GroundFigures, SegmentFigures
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.acknowledgements import Acknowledgements
 from aos_gcs.mission.command_order import CommandOrder
@@ -41,7 +41,16 @@ AREA_ENU_M = ((-60.0, -20.0), (60.0, -20.0), (60.0, 110.0), (-60.0, 110.0))
 FENCE_ENU_M = ((-80.0, -50.0), (80.0, -50.0), (80.0, 130.0), (-80.0, 130.0))
 THRESHOLD_M2 = 0.3
 STEP_INTERVAL_S = 2.0
-GROUND = GroundFigures(80, 0, 0.63, 4.3, DetectionFigures(standing=0.51, sitting=0.7, lying=0.88))
+SEGMENT = SegmentFigures("A 1", 12_000.0, 0.7, 0.55, probability=0.6, success=0.33)
+GROUND = GroundFigures(
+    80,
+    0,
+    0.63,
+    4.3,
+    DetectionFigures(standing=0.51, sitting=0.7, lying=0.88),
+    success=0.41,
+    segments=(SEGMENT,),
+)
 """Searched ground from the first step on."""
 _PICTURE_HALF_WIDTH_M = 25.0
 

@@ -222,11 +222,12 @@ async def test_the_likely_strip_is_flown_first(tmp_path: Path) -> None:
         ring = [[place.longitude_deg, place.latitude_deg] for place in (*places, places[0])]
         geometry = {"type": "Polygon", "coordinates": [ring]}
         prior = tmp_path / f"{east_m:g}.geojson"
-        prior.write_text(json.dumps({"type": "Feature", "properties": {"weight": 1}, "geometry": geometry}), "utf-8")
-        search = SearchSettings(SearchMode.CONTINUOUS, leg_spacing_m=12.0, prior=str(prior))
+        properties = {"weight": 1, "name": "likely"}
+        prior.write_text(json.dumps({"type": "Feature", "properties": properties, "geometry": geometry}), "utf-8")
+        search = SearchSettings(SearchMode.CONTINUOUS, leg_spacing_m=12.0, prior=str(prior), segments=str(prior))
         area = ((-12.0, 10.0), (12.0, 10.0), (12.0, 26.0), (-12.0, 26.0))
         place = GroundPlace(ThreadWorker(), tmp_path / f"ground {east_m:g}")
-        flight = prepare(2, None, area_enu_m=area, search=search, errors=EXACT, ground=place)
+        flight = prepare(2, None, area_enu_m=area, search=search, errors=EXACT, forest=FOREST, ground=place)
         async with flying(flight) as run:
             await flight.until(lambda flight=flight: flight.mission.phase is Phase.SCAN)  # type: ignore[misc]
             begun_m.append(flight.mission.sortie.search.decider.progress.present_leg.start_enu_m[0])
@@ -237,6 +238,11 @@ async def test_the_likely_strip_is_flown_first(tmp_path: Path) -> None:
         ground = flight.view.snapshot().ground
         assert ground is not None
         assert ground.seen_fraction == 1.0, "the unlikely strip, too"
+        (segment,) = ground.segments
+        assert (segment.name, segment.seen_fraction) == ("likely", 1.0)
+        assert segment.probability == pytest.approx(1.0, abs=0.01)
+        assert segment.success == pytest.approx(ground.success)
+        assert segment.success == pytest.approx(segment.detection, abs=0.05)
         check_decisions_again(flight.recorder)
     assert begun_m == pytest.approx([-6.0, 6.0])
 

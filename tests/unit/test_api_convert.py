@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from aos_gcs.api.convert.mission import allowed_actions
+from aos_gcs.api.convert.mission import MissionConverter, allowed_actions
 from aos_gcs.api.convert.reuse import Reused, ReusedItems
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.vehicles import Task, VehicleSnapshot
 from aos_gcs.ports import LandedState, VehicleState
+from tests.fakes.mission import GROUND
 from tests.fakes.records import snapshot
 
 
@@ -60,3 +61,18 @@ def test_joining_is_offered_when_a_vehicle_could_be_accepted() -> None:
         assert Action.JOIN not in allowed(replace(ready, telemetry=replace(state, **changes)))
     assert Action.JOIN not in allowed(replace(ready, link_age_s=10.0))
     assert Action.JOIN not in allowed(replace(ready, task=Task.SWARM))
+
+
+def test_segments_have_their_figures_in_per_cent() -> None:
+    ground = MissionConverter(None).convert(replace(snapshot(), ground=GROUND)).ground
+    assert ground is not None
+    assert ground.success_percent == 41.0
+    (segment,) = ground.segments
+    assert segment.model_dump() == {
+        "name": "A 1",
+        "hectares": 1.2,
+        "seen_percent": 70.0,
+        "detection_percent": 55.0,
+        "probability_percent": 60.0,
+        "success_percent": 33.0,
+    }

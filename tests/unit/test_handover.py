@@ -130,6 +130,9 @@ def test_the_document_says_what_was_found_decided_and_flown(folder: Path, paper:
     assert "Vehicle 1 Kim: hold refused: no link for 9 s" in text
     assert "20260503-092000-ridge (m), sortie 2" in text
     assert "Audit log: intact, 4 entries, digest " in text
+    assert "Probability of success by the prior, all sorties so far: 41%." in text
+    segment = "Segment A 1, all sorties so far: 70% of 1.20 ha seen, detection of a standing person 55%, success 33%."
+    assert segment in text
     for title in ("Assignment (after ICS 204)", "Activity log (after ICS 214)", "Printed 2026-05-03 12:20:00 CEST"):
         assert title in text
 

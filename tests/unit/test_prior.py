@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -14,7 +13,7 @@ import pytest
 from aos_gcs.config.file import parse_config
 from aos_gcs.config.settings import mission_settings
 from aos_gcs.errors import ConfigurationError, InputDataError
-from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.model.checks import CheckStatus
 from aos_gcs.mission.preflight.prior import check_prior
@@ -22,37 +21,19 @@ from aos_gcs.planning.check import check_plan
 from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.planning.settings import MissionSettings, SearchSettings
 from aos_gcs.prior.file import prior_over, read_prior
+from tests.fakes.fleet import ORIGIN
+from tests.fakes.shapes import point, polygon, ring_deg, write_features
 
-ORIGIN = GeodeticPosition(48.3, 14.3, 260.0)
 AREA = ((-100.0, -100.0), (100.0, -100.0), (100.0, 100.0), (-100.0, 100.0))
 PLAN = MissionPlan(vehicles=3, area_enu_m=AREA, layer_spacing_m=3.0)
 SETTINGS = MissionSettings(vehicles=3, area_enu_m=AREA, imaging=ImagingSettings(), origin=ORIGIN)
 Written = Callable[..., str]
 
 
-def ring_deg(west_m: float, south_m: float, east_m: float, north_m: float) -> list[list[float]]:
-    corners = ((west_m, south_m), (east_m, south_m), (east_m, north_m), (west_m, north_m), (west_m, south_m))
-    places = [LocalFrame(ORIGIN).to_geodetic((*corner, 0.0)) for corner in corners]
-    return [[place.longitude_deg, place.latitude_deg] for place in places]
-
-
-def polygon(*bounds_m: float, **properties: Any) -> dict[str, Any]:
-    geometry = {"type": "Polygon", "coordinates": [ring_deg(*bounds_m)]}
-    return {"type": "Feature", "properties": properties, "geometry": geometry}
-
-
-def point(east_m: float, north_m: float, **properties: Any) -> dict[str, Any]:
-    place = LocalFrame(ORIGIN).to_geodetic((east_m, north_m, 0.0))
-    geometry = {"type": "Point", "coordinates": [place.longitude_deg, place.latitude_deg]}
-    return {"type": "Feature", "properties": properties, "geometry": geometry}
-
-
 @pytest.fixture
 def written(tmp_path: Path) -> Written:
     def write(*features: Any, **members: Any) -> str:
-        path = tmp_path / "prior.geojson"
-        path.write_text(json.dumps({"type": "FeatureCollection", "features": list(features), **members}), "utf-8")
-        return str(path)
+        return write_features(tmp_path / "prior.geojson", features, **members)
 
     return write
 

@@ -13,11 +13,12 @@ from aos_gcs.cli import main
 from aos_gcs.config.file import read_config
 from aos_gcs.config.model import ServiceConfig
 from aos_gcs.errors import ConfigurationError
+from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.geometry.projection import Plane
 from aos_gcs.groundmap.ground_map import open_map
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.model.decisions import SearchRecord
-from aos_gcs.planning.settings import ForestSettings, MissionSettings
+from aos_gcs.planning.settings import ForestSettings, MissionSettings, SearchSettings
 from aos_gcs.runtime.continuing import continued_sortie
 from aos_gcs.runtime.viewer import Viewer
 from aos_gcs.store.database import MissionDatabase
@@ -30,15 +31,22 @@ AREA = ((-10.0, -10.0), (10.0, -10.0), (10.0, 10.0), (-10.0, 10.0))
 FOREST = ForestSettings(canopy_height_m=18.0, crown_base_m=5.0)
 
 
-def recorded(folder: Path, forest: ForestSettings | None = FOREST) -> Path:
-    """Record a search of which the eastern half was seen, and return its folder."""
+def recorded(
+    folder: Path,
+    forest: ForestSettings | None = FOREST,
+    *,
+    search: SearchSettings | None = None,
+    carried: Path | None = None,
+    east_m: float = 18.0,
+) -> Path:
+    """Record a search of which the eastern half was seen, or another one, and return its folder."""
     database = MissionDatabase(folder, {})
-    settings = MissionSettings(2, AREA, ImagingSettings(), forest=forest)
+    settings = MissionSettings(2, AREA, ImagingSettings(), forest=forest, search=search or SearchSettings())
     database.write([partial(MissionDatabase.add_search, record=SearchRecord(settings, ORIGIN))])
     database.close()
-    ground = open_map(folder / "ground", ORIGIN, 0.06)
+    ground = open_map(folder / "ground", ORIGIN, 0.06, carried)
     for north_m in (-8.0, 0.0, 8.0):
-        ground.add(ground_frame(18.0, north_m), Plane(0.0))
+        ground.add(ground_frame(east_m, north_m), Plane(0.0))
     ground.flush()
     return folder
 
@@ -66,6 +74,44 @@ def test_the_command_tells_figures_and_writes_files(tmp_path: Path, capsys: pyte
     figures = json.loads(capsys.readouterr().out)
     assert figures["seen_fraction"] == pytest.approx(0.55)
     assert 0.0 < figures["detection"]["standing"] < figures["detection"]["lying"] < 0.6
+
+
+def test_segments_add_up_over_the_flights_of_an_operation(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    features = []
+    for name, west_m, east_m in (("A", -10.0, 0.0), ("B", 0.0, 10.0)):
+        corners = ((west_m, -10.0), (east_m, -10.0), (east_m, 10.0), (west_m, 10.0))
+        places = [LocalFrame(ORIGIN).to_geodetic((*corner, 0.0)) for corner in corners]
+        ring = [[place.longitude_deg, place.latitude_deg] for place in (*places, places[0])]
+        properties = {"name": name, "weight": 3 if name == "A" else 1}
+        geometry = {"type": "Polygon", "coordinates": [ring]}
+        features.append({"type": "Feature", "properties": properties, "geometry": geometry})
+    file = tmp_path / "segments.geojson"
+    file.write_text(json.dumps({"type": "FeatureCollection", "features": features}), "utf-8")
+    search = SearchSettings(prior=str(file), segments=str(file))
+    first = recorded(tmp_path / "first", search=search)
+    second = recorded(tmp_path / "second", search=search, carried=first / "ground", east_m=-18.0)
+
+    def figures(folder: Path) -> dict[str, dict[str, float]]:
+        assert run("searched", folder, "--json") == 0
+        told = json.loads(capsys.readouterr().out)
+        assert told["success"] == pytest.approx(sum(one["success"] for one in told["segments"]), abs=0.01)
+        return {one["name"]: one for one in told["segments"]}
+
+    before, after = figures(first), figures(second)
+    assert before["A"]["detection"] < before["B"]["detection"]
+    assert after["A"]["detection"] > before["A"]["detection"]
+    assert after["B"]["detection"] >= before["B"]["detection"]
+    for name, share in (("A", 0.75), ("B", 0.25)):
+        assert after[name]["probability"] == pytest.approx(share, abs=0.02)
+        assert after[name]["success"] == pytest.approx(share * after[name]["detection"], abs=0.05)
+    assert run("searched", second) == 0
+    told = capsys.readouterr().out
+    assert "probability of success by the prior: " in told
+    assert "segment A: 100% of 0.02 ha seen, probability of detection (standing) " in told
+    file.unlink()
+    assert run("searched", second, "--json") == 0
+    gone = json.loads(capsys.readouterr().out)
+    assert (gone["segments"], gone["success"]) == ([], None)
 
 
 def test_without_a_described_forest_there_are_views_but_no_gaps(

@@ -1,9 +1,10 @@
 import { describe, expect, test } from "vitest";
 import type { Picture } from "../src/api/types";
 import { searchedLayer } from "../src/map/layers/picture";
-import { searchedFacts } from "../src/panels/searched";
+import { searchedFacts, segmentRows } from "../src/panels/searched";
 import { INITIAL_STATE } from "../src/state/state";
 import { searchedKind } from "../src/state/searched";
+import { texts } from "../src/texts";
 import { FakeMap, scene } from "./fake_map";
 import { mission } from "./samples";
 
@@ -22,6 +23,8 @@ const GROUND = {
   mean_views: 4.26,
   detection_percent: { standing: 51.2, sitting: 70, lying: 88.4 },
   soon_percent: 71.3,
+  success_percent: 38.4,
+  segments: [],
 };
 
 describe("the layer of what has been searched", () => {
@@ -58,6 +61,7 @@ describe("the facts about a search", () => {
       "Detection, standing": "51\u202f%",
       "Detection, sitting": "70\u202f%",
       "Detection, lying": "88\u202f%",
+      "Success, by the prior": "38\u202f%",
       "Detection, standing, with 10 more minutes": "71\u202f%",
       "Independent views": "4.3",
     });
@@ -65,7 +69,11 @@ describe("the facts about a search", () => {
 
   test("leave out what is not known, and count no leg beyond the last one", () => {
     const leg = { start: corner(14, 48), end: corner(15, 48) };
-    const facts = shown({ ground: { ...GROUND, detection_percent: null, left_out: 4 }, legs: [leg], leg: 1 });
+    const facts = shown({
+      ground: { ...GROUND, detection_percent: null, success_percent: null, left_out: 4 },
+      legs: [leg],
+      leg: 1,
+    });
     expect(facts).toEqual({
       "Area seen": "63\u202f%",
       Leg: "1 of 1",
@@ -73,5 +81,20 @@ describe("the facts about a search", () => {
       "Frames not mapped": "4",
     });
     expect(shown({ covered_percent: 12 })).toEqual({ "Area seen": "12\u202f%" });
+  });
+});
+
+describe("the table of segments", () => {
+  test("has a row for each, and says what is not known", () => {
+    const segment = { name: "A 1", hectares: 1.2, seen_percent: 80.4, probability_percent: 30 };
+    expect(
+      segmentRows([
+        { ...segment, detection_percent: 61.6, success_percent: 18.9 },
+        { ...segment, name: "B", detection_percent: null, success_percent: null },
+      ]),
+    ).toEqual([
+      ["A 1", "80\u202f%", "62\u202f%", "19\u202f%"],
+      ["B", "80\u202f%", texts.noData, texts.noData],
+    ]);
   });
 });

@@ -25,10 +25,11 @@ from aos_gcs.api.models.mission import (
     FocusModel,
     GroundModel,
     MissionModel,
+    SegmentModel,
 )
 from aos_gcs.api.models.vehicles import VehicleModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
-from aos_gcs.groundmap.figures import GroundFigures
+from aos_gcs.groundmap.figures import GroundFigures, SegmentFigures
 from aos_gcs.mission.control import ReplayState
 from aos_gcs.mission.model.actions import Action, ActionResult
 from aos_gcs.mission.model.phase import Suspension
@@ -139,8 +140,26 @@ def _ground(figures: GroundFigures) -> GroundModel:
         seen_percent=_percent(figures.seen_fraction),
         mean_views=round(figures.mean_views, 1),
         detection_percent=detection,
-        soon_percent=None if figures.soon is None else _percent(figures.soon),
+        soon_percent=_percent_if_known(figures.soon),
+        success_percent=_percent_if_known(figures.success),
+        segments=[_segment(segment) for segment in figures.segments],
     )
+
+
+def _segment(segment: SegmentFigures) -> SegmentModel:
+    """Convert the figures of a segment."""
+    return SegmentModel(
+        name=segment.name,
+        hectares=round(segment.area_m2 / 1e4, 2),
+        seen_percent=_percent(segment.seen_fraction),
+        detection_percent=_percent_if_known(segment.detection),
+        probability_percent=_percent_if_known(segment.probability),
+        success_percent=_percent_if_known(segment.success),
+    )
+
+
+def _percent_if_known(share: float | None) -> float | None:
+    return None if share is None else _percent(share)
 
 
 def _percent(share: float) -> float:

@@ -36,6 +36,19 @@ class DetectionModel(WireModel):
     lying: float
 
 
+class SegmentModel(WireModel):
+    """Figures of a segment after all flights on the map of searched ground."""
+
+    name: str
+    hectares: float
+    seen_percent: float = Field(description="Share that was seen from at least one direction.")
+    detection_percent: float | None = Field(description="Of a standing person; null where the forest is not described.")
+    probability_percent: float | None = Field(description="Prior probability of the segment; null without a prior.")
+    success_percent: float | None = Field(
+        description="Probability that the person is there and would have been marked by now; null without a prior."
+    )
+
+
 class GroundModel(WireModel):
     """Searched ground, by the map of it: this sortie and those before it."""
 
@@ -48,6 +61,10 @@ class GroundModel(WireModel):
         description="The same for a standing person after ten more minutes of flight where they gain most; null where "
         "that is not known."
     )
+    success_percent: float | None = Field(
+        description="Probability that the person is in the area and would have been marked; null without a prior."
+    )
+    segments: list[SegmentModel] = Field(description="Segments that the configuration names.")
 
 
 class MissionModel(WireModel):

@@ -297,6 +297,8 @@ class GroundMapping:
         if report.unwritten:
             self._is_flushed = False
             self._report(report.unwritten)
+        if former is not None and not report.has_parts:
+            figures = replace(figures, segments=former.segments, success=former.success)
         self._figures = figures
 
     def _report(self, problem: str) -> None:
@@ -315,4 +317,5 @@ class GroundMapping:
     async def _area(self, origin: GeodeticPosition) -> SearchedArea:
         settings = self._settings()
         occlusion = None if settings.forest is None else settings.forest.occlusion
-        return SearchedArea(settings.area_enu_m, occlusion, await self._prior.over(origin))
+        prior, segments = await self._prior.over(origin), await self._prior.segments(origin)
+        return SearchedArea(settings.area_enu_m, occlusion, prior, segments)

@@ -1653,10 +1653,20 @@ export interface components {
        */
       seen_percent: number;
       /**
+       * Segments
+       * @description Segments that the configuration names.
+       */
+      segments: components["schemas"]["SegmentModel"][];
+      /**
        * Soon Percent
        * @description The same for a standing person after ten more minutes of flight where they gain most; null where that is not known.
        */
       soon_percent: number | null;
+      /**
+       * Success Percent
+       * @description Probability that the person is in the area and would have been marked; null without a prior.
+       */
+      success_percent: number | null;
     };
     /**
      * HeartbeatMessage
@@ -2719,6 +2729,36 @@ export interface components {
      * @enum {string}
      */
     SearchMode: "continuous" | "stops";
+    /**
+     * SegmentModel
+     * @description Figures of a segment after all flights on the map of searched ground.
+     */
+    SegmentModel: {
+      /**
+       * Detection Percent
+       * @description Of a standing person; null where the forest is not described.
+       */
+      detection_percent: number | null;
+      /** Hectares */
+      hectares: number;
+      /** Name */
+      name: string;
+      /**
+       * Probability Percent
+       * @description Prior probability of the segment; null without a prior.
+       */
+      probability_percent: number | null;
+      /**
+       * Seen Percent
+       * @description Share that was seen from at least one direction.
+       */
+      seen_percent: number;
+      /**
+       * Success Percent
+       * @description Probability that the person is there and would have been marked by now; null without a prior.
+       */
+      success_percent: number | null;
+    };
     ServerMessage:
       | components["schemas"]["HelloMessage"]
       | components["schemas"]["SnapshotMessage"]

@@ -7,6 +7,7 @@ export type ServerMessage = Schemas["ServerMessage"];
 export type StreamAnswer = Schemas["AnswerMessage"];
 export type Changes = Schemas["ChangesMessage"];
 export type Mission = Schemas["MissionModel"];
+export type Segment = Schemas["SegmentModel"];
 export type Vehicle = Schemas["VehicleModel"];
 export type Position = Schemas["PositionModel"];
 export type Vertex = Schemas["VertexModel"];

@@ -244,6 +244,8 @@ export const english = {
     sitting: "Detection, sitting",
     lying: "Detection, lying",
     soon: "Detection, standing, with 10 more minutes",
+    success: "Success, by the prior",
+    segment: { name: "Segment", seen: "Seen", detection: "Detection, standing", success: "Success" },
     views: "Independent views",
     leftOut: "Frames not mapped",
     file: { tif: "GeoTIFF", geojson: "Gaps (GeoJSON)" },

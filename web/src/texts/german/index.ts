@@ -245,6 +245,8 @@ const texts: Texts = {
     sitting: "Entdeckung, sitzend",
     lying: "Entdeckung, liegend",
     soon: "Entdeckung, stehend, nach 10 weiteren Minuten",
+    success: "Erfolg, nach dem Vorwissen",
+    segment: { name: "Abschnitt", seen: "Gesehen", detection: "Entdeckung, stehend", success: "Erfolg" },
     views: "Unabhängige Blicke",
     leftOut: "Bilder nicht in der Karte",
     file: { tif: "GeoTIFF", geojson: "Lücken (GeoJSON)" },
