@@ -8,6 +8,8 @@ from typing import Annotated
 import typer
 
 from aos_gcs.errors import ConfigurationError
+from aos_gcs.geometry.notations import Notation
+from aos_gcs.wall.model import TileName
 
 
 def export(
@@ -25,6 +27,19 @@ def export(
         Path | None,
         typer.Option(metavar="FILE", help="Write the findings: .geojson, .kml or .gpx.", dir_okay=False),
     ] = None,
+    wall: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Write a video (MP4) of all cameras and the integral side by side, with place and time burnt in.",
+            dir_okay=False,
+        ),
+    ] = None,
+    tiles: Annotated[
+        str,
+        typer.Option(metavar="NAMES", help="Tiles of the video in order, such as all.thermal,1.thermal. Default: all."),
+    ] = "",
+    notation: Annotated[Notation, typer.Option(help="Notation of the places in the video.")] = Notation.DECIMAL,
 ) -> None:
     """Write a mission or a survey in the formats of other programs.
 
@@ -35,8 +50,9 @@ def export(
     from aos_gcs.runtime.adiat import write_adiat  # noqa: PLC0415
     from aos_gcs.runtime.finding_export import encode_findings  # noqa: PLC0415
 
-    if adiat is None and findings is None:
-        raise ConfigurationError("Nothing to write: give --adiat DIR, --findings FILE, or both.")
+    if adiat is None and findings is None and wall is None:
+        raise ConfigurationError("Nothing to write: give --adiat DIR, --findings FILE or --wall FILE.")
+    chosen = _tiles(tiles, wall)
     if findings is not None:
         check_writable(findings)
         check_apart([findings], None, mission_dir.glob("*"))
@@ -48,3 +64,24 @@ def export(
         check_folder(adiat)
         written = write_adiat(mission_dir, adiat)
         typer.echo(f"{written.frames} frames, {written.integrals} integrals, {written.findings} findings: {adiat}")
+    if wall is not None:
+        from aos_gcs.runtime.wall_video import write_wall_video  # noqa: PLC0415 - heavy, only for videos
+
+        check_writable(wall)
+        check_apart([wall], None, mission_dir.glob("*"))
+        with written_whole(wall) as video:
+            facts = write_wall_video(mission_dir, video, chosen, notation)
+        missing = f", {facts.unreadable} pictures could not be read" if facts.unreadable else ""
+        typer.echo(f"{len(facts.tiles)} tiles, {facts.duration_s:.0f} s{missing}: {wall}")
+
+
+def _tiles(names: str, wall: Path | None) -> tuple[TileName, ...]:
+    """Return the tiles that an option names."""
+    if wall is None and names:
+        raise ConfigurationError("--tiles chooses tiles of a video: give --wall FILE, too.")
+    if wall is not None and wall.suffix.lower() != ".mp4":
+        raise ConfigurationError(f"--wall writes MP4: name a file that ends in .mp4, not {wall.name}.")
+    try:
+        return tuple(TileName.parse(name.strip()) for name in names.split(",") if name.strip())
+    except ValueError as error:
+        raise ConfigurationError(f"--tiles: {error}.") from error

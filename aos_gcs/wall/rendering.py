@@ -33,7 +33,7 @@ def newest_frames(folder: Path, after: int, until_utc_s: float | None) -> tuple[
         InputDataError: there is no record, or it is damaged.
     """
     with MissionReader(folder) as reader:
-        return tuple(map(_facts, reader.newest_frames(after, until_utc_s)))
+        return tuple(map(frame_facts, reader.newest_frames(after, until_utc_s)))
 
 
 def render_frame(folder: Path, number: int, wanted: Sequence[tuple[TileKind, int]]) -> tuple[TilePicture, ...]:
@@ -61,7 +61,12 @@ def render_raster(png: bytes, width_px: int) -> TilePicture:
     return _encoded(_reduced(premultiplied, width_px), None)
 
 
-def _facts(entry: FrameEntry) -> FrameFacts:
+def frame_facts(entry: FrameEntry) -> FrameFacts:
+    """Return a frame without its image.
+
+    Raises:
+        InputDataError: the row is damaged.
+    """
     position, R_cam2enu = entry.pose()
     east, north, up = map(float, R_cam2enu[:, 2])
     return FrameFacts(

@@ -1,6 +1,6 @@
 """Live pictures: delay to the screen, what observers cost, and what the imaging step notices of them.
 
-    python tests/benchmarks/bench_wall.py [--seconds 20] [--observers 20] [--folder DIR]
+    python tests/benchmarks/bench_wall.py [--seconds 20] [--observers 20] [--folder DIR] [--parts delay cost]
 
 The dashboard runs in its own process, as in missions; frames of six cameras are written into its record by this one.
 The delay is that from the arrival of a frame, before it is on the disk, to the frame of the browser after the one that
@@ -49,6 +49,7 @@ SIZE_PX = 512
 BANDS = ("red", "green", "blue", "thermal")
 FRAME_INTERVAL_S = 0.5
 """Two frames per second and camera, as in a search without stops."""
+PARTS = ("delay", "cost", "step")
 TILES = [f"{vehicle_id}.thermal" for vehicle_id in range(1, CAMERAS + 1)]
 _CHROMIUM_ARGUMENTS = ["--headless", "--no-sandbox", "--disable-gpu"]
 
@@ -246,10 +247,12 @@ async def measure_step(flown: Station, seconds: float, observers: int) -> None:
 async def measure(options: argparse.Namespace) -> None:
     """Measure what is asked for."""
     async with dashboard(options.folder) as (flown, usage):
-        if options.chromium:
+        if "delay" in options.parts:
             await measure_delay(flown, options.seconds, options.chromium)
-        await measure_cost(flown, usage, options.seconds, options.observers)
-        await measure_step(flown, options.seconds, options.observers)
+        if "cost" in options.parts:
+            await measure_cost(flown, usage, options.seconds, options.observers)
+        if "step" in options.parts:
+            await measure_step(flown, options.seconds, options.observers)
 
 
 def main() -> None:
@@ -258,7 +261,8 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=20.0)
     parser.add_argument("--observers", type=int, default=20)
     parser.add_argument("--folder", type=Path, help="Folder of the record; on a disk in memory no disk is measured.")
-    parser.add_argument("--chromium", default="chromium", help="Program; empty: leave the browser out.")
+    parser.add_argument("--chromium", default="chromium", help="Program of the browser.")
+    parser.add_argument("--parts", nargs="*", choices=PARTS, default=PARTS)
     asyncio.run(measure(parser.parse_args()))
 
 

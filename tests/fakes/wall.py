@@ -73,9 +73,10 @@ class GrowingRecord:
         self.count = 0
 
     def add(self, vehicle_id: int, taken_utc_s: float, *, grey: int = 100, bands: tuple[str, ...] = COLOUR) -> None:
-        """Add a frame of one shade, with a warm spot where it is thermal."""
+        """Add a frame of two shades, with a warm spot where it is thermal."""
         self.count += 1
         image = np.full((60, 80, len(bands)), grey, dtype=np.float32)
+        image[:, 40:] += 50.0
         if "thermal" in bands:
             image[..., bands.index("thermal")] = 12.0
             image[20:30, 20:30, bands.index("thermal")] = 34.0
