@@ -2,7 +2,7 @@
 
 Nothing is done while nobody watches. Each tile has one slot per size with its newest picture, and each viewer knows
 what it was sent last: whoever is slow gets fewer pictures, never older ones. What the pictures cost is bounded: a tile
-is rendered at most so many times per second, and the worker rests twice as long as it has worked.
+is rendered at most so many times per second, and the worker rests as long as it has worked.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from aos_gcs.wall.model import FrameFacts, Slot, TileKind, TileName, WallSetting
 from aos_gcs.wall.places import raster_place, viewed_place
 from aos_gcs.wall.rendering import newest_frames, render_frame, render_raster
 from aos_gcs.wall.source import WallSource
-from aos_gcs.wall.watch import Watch
+from aos_gcs.wall.watch import EARLY, Watch
 
 _log = logging.getLogger(__name__)
 
@@ -32,10 +32,8 @@ LINGER_S: Final = 20.0
 """Time for which the worker is kept when nobody watches any more: pages are reloaded."""
 RETRY_S: Final = 1.0
 """Pause after an error, such as a record that cannot be read."""
-_REST: Final = 2.0
+_REST: Final = 1.0
 """Rest of the worker, as a multiple of the time that it has worked."""
-_EARLY: Final = 0.9
-"""Share of the interval between two pictures of a tile after which the next one may be made."""
 _RASTERS: Final = {TileKind.COLOUR: PictureKind.INTEGRAL, TileKind.THERMAL: PictureKind.THERMAL}
 
 Size = tuple[TileName, int]
@@ -183,7 +181,7 @@ class Wall:
                     await self._render_raster(worker, picture, size)
 
     def _is_due(self, size: Size, origin: int) -> bool:
-        interval_s = _EARLY / self.settings.rate_hz
+        interval_s = EARLY / self.settings.rate_hz
         is_rested = self._now_s() - self._tried_at_s.get(size, -math.inf) >= interval_s
         return is_rested and self._tried.get(size) != origin
 

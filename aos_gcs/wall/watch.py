@@ -14,6 +14,10 @@ from aos_gcs.wall.model import MAX_TILES, Slot, TileName, WallSettings
 HEARTBEAT_S: Final = 1.0
 """Longest silence: ages go on, and a page that hears nothing for longer knows that it is cut off."""
 MIN_RATE_HZ: Final = 0.1
+GAP_S: Final = 0.2
+"""Shortest time between two messages with pictures: cameras do not expose at once, and each message costs something."""
+EARLY: Final = 0.9
+"""Share of the interval between two pictures of a tile after which the next one is due."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +57,8 @@ class Watch:
         self._wall = wall
         self._now_s = now_s
         self._changed = asyncio.Event()
-        self._sent: dict[TileName, int] = {}
+        self._sent: dict[TileName, tuple[int, float]] = {}
+        """Version that each tile was sent last, and when."""
         self._sent_at_s = -math.inf
         self._told_at_s = -math.inf
         self._rate_hz = wall.settings.rate_hz
@@ -75,7 +80,7 @@ class Watch:
         if is_large != self.is_large:
             self._sent.clear()
         self.tiles, self.is_large = tuple(dict.fromkeys(tiles)), is_large
-        self._sent = {tile: version for tile, version in self._sent.items() if tile in tiles}
+        self._sent = {tile: sent for tile, sent in self._sent.items() if tile in tiles}
         self.nudge_now()
 
     def nudge(self) -> None:
@@ -88,20 +93,21 @@ class Watch:
         self.nudge()
 
     async def take(self) -> WallUpdate:
-        """Wait for newer pictures, and at least as long as the rate says; without any, until a heartbeat is due."""
+        """Wait for newer pictures of tiles that are due by the rate; without any, until a heartbeat is due."""
         while True:
             self._changed.clear()
-            now_s = self._now_s()
-            next_s = self._sent_at_s + 1.0 / self._rate_hz
+            now_s, free_s = self._now_s(), self._sent_at_s + GAP_S
             newer = self._newer()
-            if newer and now_s >= next_s:
+            due_s = {tile: max(free_s, self._due_s(tile)) for tile in newer}
+            due = {tile: slot for tile, slot in newer.items() if now_s >= due_s[tile]}
+            if due:
                 self._sent_at_s = now_s
-                self._sent |= {tile: slot.version for tile, slot in newer.items()}
-                return self._told(newer)
+                self._sent |= {tile: (slot.version, now_s) for tile, slot in due.items()}
+                return self._told(due)
             beat_s = self._told_at_s + HEARTBEAT_S
             if now_s >= beat_s:
                 return self._told({})
-            until_s = min(beat_s, next_s) if newer else beat_s
+            until_s = min([beat_s, *due_s.values()])
             try:
                 async with asyncio.timeout(until_s - now_s):
                     await self._changed.wait()
@@ -110,7 +116,13 @@ class Watch:
 
     def _newer(self) -> dict[TileName, Slot]:
         shown = ((tile, self._wall.slot(tile, is_large=self.is_large)) for tile in self.tiles)
-        return {tile: slot for tile, slot in shown if slot is not None and slot.version != self._sent.get(tile)}
+        return {tile: slot for tile, slot in shown if slot is not None and slot.version != self._last(tile)[0]}
+
+    def _due_s(self, tile: TileName) -> float:
+        return self._last(tile)[1] + EARLY / self._rate_hz
+
+    def _last(self, tile: TileName) -> tuple[int, float]:
+        return self._sent.get(tile, (0, -math.inf))
 
     def _told(self, pictures: Mapping[TileName, Slot]) -> WallUpdate:
         self._told_at_s = self._now_s()
