@@ -22,6 +22,8 @@ import tempfile
 import time
 from collections.abc import AsyncIterator
 from dataclasses import dataclass, replace
+from multiprocessing.sharedctypes import Synchronized
+from multiprocessing.synchronize import Event
 from pathlib import Path
 
 import numpy as np
@@ -175,18 +177,26 @@ async def measure_delay(flown: Station, seconds: float, chromium: str) -> None:
     report("wall.delay", 1000.0 * statistics.median(delays_s))
 
 
-def view(url: str, observers: int) -> None:
+def view(url: str, observers: int, ready: Event, count: Synchronized[int]) -> None:
     """Watch the wall so many times, until ended: the main program of the viewers' process."""
     os.nice(10)
+    seen = 0
 
     async def one() -> None:
+        nonlocal seen
+        has_seen = False
         async with connect(url) as stream:
             await stream.send(json.dumps({"kind": "watch", "tiles": TILES}))
             async for message in stream:
                 assert isinstance(message, bytes)
                 (length,) = struct.unpack("!I", message[:4])
-                number = json.loads(message[4 : 4 + length])["number"]
-                await stream.send(json.dumps({"kind": "shown", "number": number}))
+                head = json.loads(message[4 : 4 + length])
+                await stream.send(json.dumps({"kind": "shown", "number": head["number"]}))
+                count.value += len(head["pictures"])
+                if head["pictures"] and not has_seen:
+                    has_seen, seen = True, seen + 1
+                    if seen == observers:
+                        ready.set()
 
     async def everybody() -> None:
         await asyncio.gather(*(one() for _ in range(observers)))
@@ -195,13 +205,16 @@ def view(url: str, observers: int) -> None:
 
 
 @contextlib.asynccontextmanager
-async def viewers(flown: Station, observers: int) -> AsyncIterator[None]:
+async def viewers(flown: Station, observers: int) -> AsyncIterator[Synchronized[int]]:
     """Watch the wall for as long as the context is entered."""
     url = f"{flown.url.replace('http', 'ws')}api/wall"
-    process = multiprocessing.get_context("spawn").Process(target=view, args=(url, observers), daemon=True)
+    spawn = multiprocessing.get_context("spawn")
+    ready, count = spawn.Event(), spawn.Value("q")
+    process = spawn.Process(target=view, args=(url, observers, ready, count), daemon=True)
     process.start()
-    await asyncio.sleep(3.0)
-    yield
+    if not await asyncio.to_thread(ready.wait, 60.0):
+        raise SystemExit("the viewers have seen nothing")
+    yield count
     process.terminate()
     process.join()
     await asyncio.sleep(1.0)
@@ -209,13 +222,17 @@ async def viewers(flown: Station, observers: int) -> AsyncIterator[None]:
 
 async def measure_cost(flown: Station, usage: Usage, seconds: float, observers: int) -> None:
     """Print the processor time of the dashboard's processes without viewers, with one and with many."""
+    await asyncio.sleep(5.0)  # until the dashboard's process has started
     shares = {}
     for count in (0, 1, observers):
-        async with viewers(flown, count) if count else contextlib.nullcontext():
+        async with viewers(flown, count) if count else contextlib.nullcontext() as pictures:
             before_s, began_s = usage.spent_s(), time.perf_counter()
+            former = 0 if pictures is None else pictures.value
             await asyncio.sleep(seconds)
-            shares[count] = 100.0 * (usage.spent_s() - before_s) / (time.perf_counter() - began_s)
-            print(f"{count} viewers of {CAMERAS} tiles: {shares[count]:.1f} % of a core")
+            elapsed_s = time.perf_counter() - began_s
+            shares[count] = 100.0 * (usage.spent_s() - before_s) / elapsed_s
+            rate_hz = 0.0 if pictures is None else (pictures.value - former) / elapsed_s / count / CAMERAS
+            print(f"{count} viewers: {shares[count]:.1f} % of a core, {rate_hz:.2f} pictures per tile and second")
     report("wall.observers", shares[observers] - shares[0])
 
 
