@@ -27,8 +27,8 @@ Point = Sequence[float]
 class AirspaceWatch:
     """Reports vehicles that leave the airspace while the station flies them.
 
-    True positions may differ from what the limits ask for by :data:`TRACKING_M` and the vehicle's own error at that
-    time; of its height, by what that error has changed since the ground.
+    The margins of geofence and zones are to be kept, too. True positions may differ from what the limits ask for by
+    :data:`TRACKING_M` and the vehicle's own error at that time (of its height, its change since the ground).
 
     Args:
         report: takes the kind of a violation and what happened.
@@ -72,9 +72,9 @@ class AirspaceWatch:
         sent = is_ours and manoeuvre in BY_THE_STATION
         beside_m = float(np.hypot(*error_m[:2])) + TRACKING_M
         for boundary in self._boundaries:
-            depth_m = boundary.depth_m(np.array(true_enu_m[:2]))
-            kind = "outside of the geofence" if boundary.keeps_in else "inside of a no-go zone"
-            self._note(vehicle_id, boundary.name, depth_m + beside_m, kind, is_reported=sent)
+            left_m = boundary.depth_m(np.array(true_enu_m[:2])) - boundary.margin_m
+            kind = "beyond the geofence's margin" if boundary.keeps_in else "within a no-go zone's margin"
+            self._note(vehicle_id, boundary.name, left_m + beside_m, kind, is_reported=sent)
         above_m = abs(float(error_m[2]) - self._offset_m.get(vehicle_id, 0.0)) + TRACKING_M
         over_m = self._limits.ceiling_m + above_m - true_enu_m[2]
         self._note(vehicle_id, "the ceiling", over_m, "above the ceiling", is_reported=is_ours)
@@ -94,4 +94,4 @@ class AirspaceWatch:
         elif key not in self._outside:
             self._outside.add(key)
             if is_reported:
-                self._report(kind, f"vehicle {vehicle_id} is {-left_m:.2f} m on the wrong side of {name}")
+                self._report(kind, f"vehicle {vehicle_id} is {-left_m:.2f} m beyond what {name} allows")

@@ -200,6 +200,8 @@ LIMITS = replace(
     UNLIMITED,
     fence_enu_m=((-50.0, -50.0), (50.0, -50.0), (50.0, 50.0), (-50.0, 50.0)),
     no_go_enu_m=(((10.0, 10.0), (20.0, 10.0), (20.0, 20.0), (10.0, 20.0)),),
+    margin_m=20.0,
+    no_go_margin_m=2.5,
     floor_m=8.0,
     ceiling_m=30.0,
 )
@@ -224,8 +226,8 @@ def fly_by(
 
 
 LEAVING = {
-    "outside of the geofence": (50.0 + AWAY_M, 0.0, 15.0),
-    "inside of a no-go zone": (10.0 + AWAY_M, 15.0, 15.0),
+    "beyond the geofence's margin": (30.0 + AWAY_M, 0.0, 15.0),
+    "within a no-go zone's margin": (7.5 + AWAY_M, 15.0, 15.0),
     "above the ceiling": (0.0, 0.0, 30.0 + AWAY_M),
     "below the floor": (0.0, 0.0, 8.0 - AWAY_M),
 }
