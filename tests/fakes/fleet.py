@@ -139,13 +139,13 @@ class FakeVehicle:
         """Return where the vehicle believes to be."""
         now_s = self.clock.now_s() if self.silent_since_s is None else self.silent_since_s
         way_m = self.goal_enu_m - self.start_enu_m
-        length_m = math.hypot(*way_m)
+        length_m = math.hypot(*way_m.tolist())
         flown_m = self.speed_mps * (now_s - self.started_s)
         # There to the last bit: who misses it by a rounding error would never arrive.
         return self.goal_enu_m if flown_m >= length_m else self.start_enu_m + way_m * flown_m / length_m
 
     def is_moving(self) -> bool:
-        return not np.array_equal(self.position_enu_m(), self.goal_enu_m)
+        return self.position_enu_m() is not self.goal_enu_m
 
     def fly_to(self, goal_enu_m: NDArray[np.float64]) -> None:
         self.start_enu_m, self.started_s = self.position_enu_m(), self.clock.now_s()
@@ -154,10 +154,10 @@ class FakeVehicle:
     @property
     def state(self) -> VehicleState:
         """State at the present time. The mission reads it many times per moment, so it is computed once for each."""
-        now_s = self.clock.now_s()
-        if self._computed is None or self._computed[0] != now_s:
-            self._computed = (now_s, self._compute_state())
-        return self._computed[1]
+        computed, now_s = self._computed, self.clock.now_s()
+        if computed is None or computed[0] != now_s:
+            computed = self._computed = (now_s, self._compute_state())
+        return computed[1]
 
     def __setattr__(self, name: str, value: object) -> None:
         object.__setattr__(self, name, value)
@@ -165,16 +165,15 @@ class FakeVehicle:
             object.__setattr__(self, "_computed", None)
 
     def _compute_state(self) -> VehicleState:
-        now_s = self.clock.now_s()
-        position_enu_m = self.position_enu_m()
-        true_up_m = float(position_enu_m[2] - self.errors.estimate_enu_m(now_s)[2])
-        on_ground = bool(position_enu_m[2] <= self.home_enu_m[2] + 0.01)
+        now_s, position_enu_m = self.clock.now_s(), self.position_enu_m()
+        up_m, home_up_m = float(position_enu_m[2]), float(self.home_enu_m[2])
+        true_up_m, on_ground = up_m - self.errors.estimate_up_m(now_s), up_m <= home_up_m + 0.01
         if on_ground and self.mode in {FlightMode.LAND, FlightMode.RETURN}:
             self.armed = False
         heard_at_s = now_s if self.silent_since_s is None else self.silent_since_s
-        heading = self.goal_enu_m - self.start_enu_m
-        is_moving = not np.array_equal(position_enu_m, self.goal_enu_m)
-        velocity = heading / max(math.hypot(*heading), 1e-9) * self.speed_mps if is_moving else heading * 0
+        east_m, north_m, rise_m = (self.goal_enu_m - self.start_enu_m).tolist()
+        is_there = position_enu_m is self.goal_enu_m
+        share = 0.0 if is_there else self.speed_mps / math.hypot(east_m, north_m, rise_m)
         return VehicleState(
             vehicle_id=self.vehicle_id,
             autopilot="arducopter",
@@ -187,8 +186,8 @@ class FakeVehicle:
             ready_to_arm=True,
             position=FRAME.to_geodetic(position_enu_m),
             position_at_s=heard_at_s,
-            height_above_home_m=float(position_enu_m[2] - self.home_enu_m[2]),
-            velocity_enu_mps=(float(velocity[0]), float(velocity[1]), float(velocity[2])),
+            height_above_home_m=up_m - home_up_m,
+            velocity_enu_mps=(east_m * share, north_m * share, rise_m * share),
             heading_rad=self.heading_rad,
             home=_home(*self.home_enu_m.tolist()),
             battery_fraction=self.battery_fraction,
