@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 
 def connected(
@@ -23,6 +21,8 @@ def connected(
         reach: largest distance of two cells that belong together, in cells.
         norm: 2 for distances along straight lines, infinity for the larger of those along rows and along columns.
     """
-    pairs = cKDTree(np.column_stack((rows, columns))).query_pairs(reach, p=norm, output_type="ndarray")
-    graph = coo_array((np.ones(len(pairs), dtype=np.bool_), (pairs[:, 0], pairs[:, 1])), shape=(len(rows), len(rows)))
-    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.intp)
+    pairs = scipy.spatial.cKDTree(np.column_stack((rows, columns))).query_pairs(reach, p=norm, output_type="ndarray")
+    graph = scipy.sparse.coo_array(
+        (np.ones(len(pairs), dtype=np.bool_), (pairs[:, 0], pairs[:, 1])), shape=(len(rows), len(rows))
+    )
+    return np.asarray(scipy.sparse.csgraph.connected_components(graph, directed=False)[1], dtype=np.intp)

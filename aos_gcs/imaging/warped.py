@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.ndimage import map_coordinates
 
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.imaging.model import Pixels
@@ -77,7 +77,9 @@ def warp_exactly(
     # OpenCV's warps quantise coordinates to 1/32 pixel before version 5; this function does not.
     samples = np.stack(
         [
-            map_coordinates(image[:, :, channel], pixels[:, ::-1].T, output=np.float64, order=1, mode="nearest")
+            scipy.ndimage.map_coordinates(
+                image[:, :, channel], pixels[:, ::-1].T, output=np.float64, order=1, mode="nearest"
+            )
             for channel in range(image.shape[2])
         ],
         axis=1,

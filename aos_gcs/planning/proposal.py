@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull
 
 from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.airspace.polygon import Polygon, as_points, as_polygon
@@ -113,7 +113,7 @@ def propose_fence(
     angles_rad = 2.0 * np.pi * np.arange(_CORNERS) / _CORNERS
     corners_m = margin_m / math.cos(math.pi / _CORNERS) * np.column_stack([np.cos(angles_rad), np.sin(angles_rad)])
     grown_m = (points_m[:, None] + corners_m[None]).reshape(-1, 2)
-    hull_m = grown_m[ConvexHull(grown_m).vertices]
+    hull_m = grown_m[scipy.spatial.ConvexHull(grown_m).vertices]
     # Points that all but coincide, such as a launch point at a corner of the area, give edges that all but touch.
     is_apart = np.linalg.norm(hull_m - np.roll(hull_m, 1, axis=0), axis=1) > _SAME_POINT_M
     return as_points(hull_m[is_apart])

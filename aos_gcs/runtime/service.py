@@ -9,6 +9,7 @@ from collections.abc import AsyncIterator
 from contextlib import AbstractAsyncContextManager, asynccontextmanager, nullcontext
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
 
@@ -39,6 +40,10 @@ from aos_gcs.workers.process import open_worker
 
 _ANSWER_S = 0.5
 """Real seconds for the answer to the operator who asks for a new sortie: the dashboard's process ends after them."""
+
+
+_NEEDED_IN_FLIGHT = ("scipy.ndimage", "scipy.optimize", "scipy.sparse.csgraph", "scipy.spatial", "scipy.special")
+"""Parts of SciPy that are imported before anything flies: it would import them when a step first computes with them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,6 +90,8 @@ async def open_service(config: ServiceConfig, following: NextSortie | None = Non
         ConfigurationError: a setting cannot be used; nothing was opened or written.
         LinkError: a link or the dashboard's port cannot be opened; nothing is left behind.
     """
+    for name in _NEEDED_IN_FLIGHT:
+        import_module(name)
     settings = mission_settings(config) if following is None else following.settings
     receivers = sharing_settings(config)
     open_driver = load_driver(config.link.driver)

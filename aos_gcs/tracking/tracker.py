@@ -14,8 +14,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.tracking.motion import WALKING, Motion, MotionSettings, begin, density, predict, update
@@ -185,7 +185,7 @@ def _assign(tracks: Sequence[Track], measurements: Sequence[Measurement], settin
     is_limited = np.array([_has_stayed(track) or track.motion.at_s - track.seen_at_s > FRESH_S for track in tracks])
     gains[is_limited[:, np.newaxis] & (np.linalg.norm(offsets_m, axis=-1) > settings.max_surprise_m)] = 0.0
     # What is likelier new gains nothing, whichever track it is left with.
-    rows, columns = linear_sum_assignment(np.log(np.maximum(gains, 1.0)), maximize=True)
+    rows, columns = scipy.optimize.linear_sum_assignment(np.log(np.maximum(gains, 1.0)), maximize=True)
     return {int(row): int(column) for row, column in zip(rows, columns, strict=True) if gains[row, column] > 1.0}
 
 

@@ -10,8 +10,8 @@ from functools import cache
 
 import cv2
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.special import chdtri
 
 from aos_gcs.imaging.model import Pixels
 from aos_gcs.imaging.native import kernels
@@ -136,7 +136,7 @@ def default_min_score(channels: int) -> float:
     top is for the heavier tails of forests: rendered ones without a person reach 2.1 times the quantile, persons in
     them 15 to 30 times.
     """
-    return TAIL_MARGIN * float(chdtri(channels, FALSE_ALARM_PROBABILITY))
+    return TAIL_MARGIN * float(scipy.special.chdtri(channels, FALSE_ALARM_PROBABILITY))
 
 
 def _scores_of_planes(planes: NDArray[np.float32], known: int) -> NDArray[np.float32]:

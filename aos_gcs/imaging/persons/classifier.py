@@ -23,8 +23,8 @@ from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.special import expit
 
 from aos_gcs.errors import InputDataError
 from aos_gcs.imaging.persons.evidence import Evidence
@@ -84,7 +84,7 @@ def person_confidence(evidence: Evidence, model: PersonModel | None = None) -> f
         return 0.0
     model = default_model() if model is None else model
     standardised = (_features(evidence) - model.centres) / model.scales
-    return float(expit(standardised @ np.array(model.weights) + model.bias + math.log(model.odds)))
+    return float(scipy.special.expit(standardised @ np.array(model.weights) + model.bias + math.log(model.odds)))
 
 
 def fit_person_model(evidence: Sequence[Evidence], is_person: Sequence[bool], odds: float = PERSON_ODDS) -> PersonModel:
@@ -110,7 +110,7 @@ def fit_person_model(evidence: Sequence[Evidence], is_person: Sequence[bool], od
         score = standardised @ weights
         penalised = np.append(weights[:-1], 0.0)
         value = share @ (np.logaddexp(0.0, score) - labels * score) + _RIDGE / 2 * penalised @ penalised
-        return float(value), standardised.T @ (share * (expit(score) - labels)) + _RIDGE * penalised
+        return float(value), standardised.T @ (share * (scipy.special.expit(score) - labels)) + _RIDGE * penalised
 
     # Fitted in the laboratory alone: missions need not load it.
     from scipy.optimize import minimize  # noqa: PLC0415

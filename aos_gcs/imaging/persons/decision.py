@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
-from scipy.special import expit
+import scipy
 
 from aos_gcs.imaging.persons.classifier import MAX_CONTRAST_K, MIN_VEHICLES, PersonModel, person_confidence
 from aos_gcs.imaging.persons.evidence import Evidence
@@ -131,7 +131,7 @@ def pooled(verdicts: Sequence[Verdict]) -> Verdict:
     if latest.probability is None or not looks:
         return latest
     log_odds = sum(_log_odds(one.probability or 0.0) for one in looks) / len(looks)
-    probability = float(expit(log_odds + _log_ratio_without_skin(looks)))
+    probability = float(scipy.special.expit(log_odds + _log_ratio_without_skin(looks)))
     is_person = probability >= TOGETHER
     decisive = [one for one in looks if (one.kind is FindingKind.PERSON) is is_person]
     verdict = decisive[-1] if decisive else replace(looks[-1], kind=FindingKind.UNDECIDED)

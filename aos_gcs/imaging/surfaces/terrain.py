@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.ndimage import map_coordinates
 
 MAX_MARCH_STEPS = 64
 """Along a ray between the terrain's lowest and highest point; narrower ridges than one step may be looked through."""
@@ -65,7 +65,10 @@ class Terrain:
             (np.asarray(x_m, dtype=np.float64) - self.x_m) / self.spacing_m,
             (np.asarray(y_m, dtype=np.float64) - self.y_m) / self.spacing_m,
         )
-        flat = map_coordinates(self.heights_m, (rows.ravel(), columns.ravel()), order=1, mode="constant", cval=np.nan)
+        # By attribute: SciPy imports its parts when they are first used, and most processes have no terrain.
+        flat = scipy.ndimage.map_coordinates(
+            self.heights_m, (rows.ravel(), columns.ravel()), order=1, mode="constant", cval=np.nan
+        )
         return np.asarray(flat, dtype=np.float64).reshape(rows.shape)
 
     def intersect(self, origin_m: ArrayLike, rays: NDArray[np.float64]) -> NDArray[np.float64]:
