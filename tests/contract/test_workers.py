@@ -10,6 +10,7 @@ import subprocess
 import sys
 import textwrap
 from collections.abc import AsyncIterator
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -17,9 +18,16 @@ import pytest
 
 from aos_drivers.frames.files.images import decode_image
 from aos_gcs.errors import CaptureError, UnusableFramesError, WorkerError
+from aos_gcs.groundmap.work import GroundSource, SearchedArea, add_frames
+from aos_gcs.planning.estimate import planned_legs
+from aos_gcs.planning.leg_order import ordered_on_map
+from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.ports import ThreadWorker, Worker
+from aos_gcs.prior.model import AreaPrior
+from aos_gcs.prior.segments import Segment
 from aos_gcs.workers.process import ProcessWorker, WorkerSettings, open_worker
 from tests.fakes import work
+from tests.fakes.fleet import ORIGIN
 from tests.fakes.shutter_vehicle import NoDownloads
 
 pytestmark = pytest.mark.realtime
@@ -208,3 +216,21 @@ async def test_a_worker_that_sends_what_is_no_answer_is_replaced(
     with pytest.raises(WorkerError, match=f"Image analysis has sent .*{reason}"):
         await process.run(work.answer_with, message, length)
     assert await process.run(work.process_id) != before
+
+
+async def test_legs_in_order_and_figures_of_segments_are_answered(process: ProcessWorker, tmp_path: Path) -> None:
+    square = ((-100.0, -100.0), (100.0, -100.0), (100.0, 100.0), (-100.0, 100.0))
+    plan = MissionPlan(vehicles=2, area_enu_m=square, launch_enu_m=(-100.0, -100.0), leg_spacing_m=50.0)
+    legs = planned_legs(plan, 0.0)
+    mass = np.zeros((20, 20))
+    mass[:, -4:] = 0.01
+    source = GroundSource(tmp_path / "ground", ORIGIN, 0.06, None)
+    prior = AreaPrior(-100.0, 100.0, 10.0, mass)
+    area = SearchedArea(square, 0.8, prior, (Segment("A 1", square),))
+    ordered = await process.run(ordered_on_map, source, area, plan, 0.0, legs=legs, from_m=(-100.0, -100.0))
+    assert ordered[0].start_enu_m[0] > 50.0
+    assert len(ordered) == len(legs)
+    report = await process.run(add_frames, source, (), area, pictures=False, flush=False)
+    (segment,) = report.figures.segments
+    assert (segment.name, segment.detection, segment.success) == ("A 1", 0.0, 0.0)
+    assert segment.probability == pytest.approx(0.8)
