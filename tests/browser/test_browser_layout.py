@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import AsyncIterator
+from dataclasses import replace
 
 import pytest
 import pytest_asyncio
 from playwright.async_api import Browser, Page, expect
 
+from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.ports import Severity
 from tests.browser.conftest import WITHOUT_WEBGL, Service
 from tests.browser.pages import VIEWS, open_page
@@ -51,6 +53,15 @@ BOXES = """() => Object.fromEntries(
 IS_CUT = """(list) => {
     const [inner, outer] = [list, list.closest(".map")].map((element) => element.getBoundingClientRect());
     return inner.bottom > outer.bottom || inner.right > outer.right;
+}"""
+
+# Texts that touch the border of their panel, or lie beyond it.
+TEXT_BESIDE_ITS_PANEL = """(panel) => {
+    const frame = panel.getBoundingClientRect();
+    return [...panel.querySelectorAll("dt, dd")]
+        .map((element) => ({ text: element.textContent, box: element.getBoundingClientRect() }))
+        .filter(({ box }) => box.left < frame.left + 4 || box.right > frame.right - 4)
+        .map(({ text }) => text);
 }"""
 
 # Checkboxes of rows are smaller: the whole row takes the touch.
@@ -154,3 +165,24 @@ async def test_all_that_is_touched_is_as_large_as_a_finger(tablet: Page, service
     assert await tablet.evaluate(SMALL_TARGETS, SMALLEST_TARGET_PX) == []
     await tablet.get_by_test_id("alert-dialog").get_by_label("Close the window").tap()
     await expect(tablet.get_by_test_id("alert-dialog")).to_have_count(0)
+
+
+async def test_the_relay_says_who_leaves_when_and_nothing_of_it_is_cut(
+    page: Page, service: Service, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plain = service.mission.snapshot
+
+    def with_relay() -> MissionSnapshot:
+        snapshot = plain()
+        one, two, three, *others = snapshot.vehicles
+        leaving = (replace(one, leaves_in_s=312.0), replace(two, leaves_in_s=65.0), replace(three, is_ready=False))
+        return replace(snapshot, vehicles=(*leaving, *others))
+
+    monkeypatch.setattr(service.mission, "snapshot", with_relay)
+    await open_page(page, service.url)
+    relay = page.get_by_test_id("relay")
+    await expect(relay.locator("dt")).to_have_text(["Leaves next: vehicle 2", "Vehicle 1", "Vehicle 3"])
+    await expect(relay.locator("dd")).to_have_text(["in 01:05", "in 05:12", "on the ground: not confirmed as ready"])
+    for width_px, height_px in SCREENS_PX:
+        await page.set_viewport_size({"width": width_px, "height": height_px})
+        assert await relay.evaluate(TEXT_BESIDE_ITS_PANEL) == [], f"{width_px} x {height_px}"

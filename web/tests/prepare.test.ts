@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 import type { PreflightCheck } from "../src/api/types";
-import { blockersOf, matrixOf, subjectOf, cellStatusOf } from "../src/views/prepare/checks";
+import { areChecksRows, blockersOf, matrixOf, subjectOf, cellStatusOf } from "../src/views/prepare/checks";
 import { confirmedIds, proposedIds } from "../src/views/prepare/vehicles";
 
 const check = (vehicle_id: number, name: string, changes: Partial<PreflightCheck> = {}): PreflightCheck => ({
@@ -61,4 +61,20 @@ test("vehicles confirmed already are the proposal", () => {
   const vehicles = [heard(7, { takes_part: true }), heard(2), heard(4, { takes_part: true })];
   expect(confirmedIds(vehicles)).toEqual([4, 7]);
   expect(proposedIds(vehicles, 3)).toEqual([4, 7]);
+});
+
+test("checks are rows where they would be cut as columns and vehicles would not", () => {
+  const matrix = (vehicles: number, checks: number) => ({
+    mission: [],
+    names: Array.from({ length: checks }, (_, index) => `check ${index}`),
+    rows: Array.from({ length: vehicles }, (_, index) => ({ id: index + 1, checks: [] })),
+  });
+  expect([1600, 900, 780, 380].map((width_px) => areChecksRows(matrix(8, 25), width_px))).toEqual([
+    false,
+    true,
+    true,
+    true,
+  ]);
+  expect(areChecksRows(matrix(100, 25), 780)).toBe(false);
+  expect(areChecksRows(matrix(3, 6), 780)).toBe(false);
 });

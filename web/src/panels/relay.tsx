@@ -9,7 +9,7 @@ export function RelayPanel({ mission }: { mission: Mission | null }) {
   const facts = mission === null ? [] : relayFacts(mission.vehicles);
   if (facts.length === 0) return null;
   return (
-    <Panel title={texts.relay.panel} testId="relay">
+    <Panel title={texts.relay.panel} testId="relay" class="relay">
       <Facts facts={facts} class="rows" />
     </Panel>
   );

@@ -19,6 +19,7 @@ export function ControlButton({ control, own }: { control: Control | null; own: 
         class={`control-button ${view.isMine ? "is-mine" : ""} ${view.asking === null ? "" : "is-asked"}`}
         data-testid="control"
         aria-live="polite"
+        title={summary(view)}
         onClick={() => setOpen(true)}
       >
         {summary(view)}

@@ -67,7 +67,7 @@ export const vehicle: Texts["vehicle"] = {
 
 export const relay: Texts["relay"] = {
   panel: "Akkuwechsel",
-  next: (id) => `Als Nächste zurück: Drohne ${id}`,
+  next: (id) => `Als Nächste: Drohne ${id}`,
   leavesIn: (time) => `noch ${time}`,
   due: "jetzt",
   ready: "bereit zum Start",

@@ -27,6 +27,15 @@ export function matrixOf(checks: readonly PreflightCheck[]): Matrix {
   return { mission, names, rows: ids.map((id) => ({ id, checks: names.map((name) => find(id, name)) })) };
 }
 
+/** Smallest width of a column with cells that fingers hit, and of the names beside them. */
+const COLUMN_PX = 48;
+const NAMES_PX = 64;
+
+/** Whether the checks are the rows: where they are more than the vehicles, and would be cut as columns. */
+export function areChecksRows({ names, rows }: Matrix, width_px: number): boolean {
+  return rows.length < names.length && NAMES_PX + COLUMN_PX * names.length > width_px;
+}
+
 export function cellStatusOf({ status, overridden }: PreflightCheck): CellStatus {
   return overridden === null ? status : "overridden";
 }

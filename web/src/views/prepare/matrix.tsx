@@ -1,7 +1,9 @@
 /** Matrix of vehicles and checks: the Tab key stops once, and the arrow keys move from cell to cell. */
+import { useRef } from "preact/hooks";
 import type { PreflightCheck } from "../../api/types";
 import { said, texts } from "../../texts";
-import { keyOf, type Matrix, nameOf, subjectOf, type CellStatus, cellStatusOf } from "./checks";
+import { useSize } from "../../ui/use_size";
+import { areChecksRows, keyOf, type Matrix, nameOf, subjectOf, type CellStatus, cellStatusOf } from "./checks";
 
 const SIGNS: Readonly<Record<CellStatus, string>> = { pass: "✓", warn: "!", fail: "✗", overridden: "⊘" };
 const STEPS: Readonly<Record<string, readonly [number, number]>> = {
@@ -20,11 +22,19 @@ interface Props {
   onChoose(key: string): void;
 }
 
-export function PreflightMatrix({ matrix: { mission, names, rows }, chosen, onChoose }: Props) {
+export function PreflightMatrix({ matrix, chosen, onChoose }: Props) {
+  const { mission, names, rows } = matrix;
+  const scroll = useRef<HTMLDivElement>(null);
+  const size = useSize(scroll);
+  const isTurned = size !== null && areChecksRows(matrix, size.width_px);
+  const ids = rows.map(({ id }) => String(id));
+  const labels = names.map(nameOf);
+  const lines = isTurned ? names.map((_, index) => rows.map(({ checks }) => checks[index])) : rows.map((r) => r.checks);
+  const [columns, heads] = isTurned ? [ids, labels] : [labels, ids];
   const all = rows.flatMap(({ checks }) => checks).filter((check) => check !== undefined);
   const stop = all.find((check) => keyOf(check) === chosen) ?? all.find((check) => check.blocks) ?? all[0];
   return (
-    <div class="scroll" onKeyDown={moveFocus}>
+    <div class="scroll" ref={scroll} onKeyDown={moveFocus}>
       {mission.length > 0 && (
         <div class="mission-checks" role="group" aria-label={texts.prepare.mission}>
           <b>{texts.prepare.mission}</b>
@@ -36,25 +46,25 @@ export function PreflightMatrix({ matrix: { mission, names, rows }, chosen, onCh
           ))}
         </div>
       )}
-      <table class={`matrix ${names.length > UPRIGHT_NAMES ? "is-wide" : ""}`}>
+      <table class={`matrix ${isTurned ? "is-turned" : names.length > UPRIGHT_NAMES ? "is-wide" : ""}`}>
         <thead>
           <tr>
             <th scope="col">
               <span>{texts.prepare.vehicle}</span>
             </th>
-            {names.map((name) => (
-              <th key={name} scope="col">
-                <span>{nameOf(name)}</span>
+            {columns.map((column) => (
+              <th key={column} scope="col">
+                <span>{column}</span>
               </th>
             ))}
           </tr>
         </thead>
         <tbody>
-          {rows.map(({ id, checks }) => (
-            <tr key={id}>
-              <th scope="row">{id}</th>
+          {lines.map((checks, line) => (
+            <tr key={heads[line]}>
+              <th scope="row">{heads[line]}</th>
               {checks.map((check, column) => (
-                <td key={names[column]}>
+                <td key={columns[column]}>
                   {check && (
                     <Cell
                       check={check}
