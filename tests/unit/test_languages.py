@@ -19,6 +19,10 @@ PAIR = re.compile(r'\[\s*("(?:[^"\\]|\\.)*"),\s*"(?:[^"\\]|\\.)*",?\s*\]')
 PLACEHOLDER = re.compile(r"\{\w+\}")
 SEAM = re.compile(r'"\s*\n\s*f?"')
 SHORTEST_PART = 4
+CHECK_RESULTS = {"passed", "failed", "warned"}
+"""Functions that make results of preflight checks, of texts and remedies."""
+OF_OTHERS_WORDS = {"7: 7", "it is 7"}
+"""Texts that consist of what another part of the station says, which is translated there."""
 LOUD = {"CRITICAL", "NEWS"}
 """Severities that are always announced in the operator's language."""
 
@@ -75,6 +79,21 @@ def loud_notices(tree: ast.Module) -> Iterator[str]:
                 yield text
 
 
+def quiet_texts(tree: ast.Module) -> Iterator[str]:
+    """Texts of notices of any severity, and results and remedies of preflight checks, as far as they are literals."""
+    for call in ast.walk(tree):
+        if not isinstance(call, ast.Call):
+            continue
+        name = call.func.attr if isinstance(call.func, ast.Attribute) else getattr(call.func, "id", "")
+        if name == "notice":
+            candidates = call.args[1:2]
+        elif name in CHECK_RESULTS:
+            candidates = [*call.args, *(keyword.value for keyword in call.keywords)]
+        else:
+            continue
+        yield from (text for node in candidates if (text := text_of(node)) is not None and len(text) >= SHORTEST_PART)
+
+
 @pytest.mark.parametrize("language", LANGUAGES, ids=lambda path: path.stem)
 def test_texts_of_the_station_that_are_translated_are_said(language: Path, sources: list[str]) -> None:
     said = "\n".join(sources)
@@ -91,5 +110,18 @@ def test_critical_notices_and_news_are_translated(language: Path, sources: list[
     loud = [source for source in sources if any(f"Severity.{severity}" in source for severity in LOUD)]
     texts = {text for source in loud for text in loud_notices(ast.parse(source))}
     assert len(texts) > 10
+    untranslated = sorted(text for text in texts if not any(pattern.fullmatch(text) for pattern in patterns))
+    assert untranslated == [], f"add their translation to {language.name}"
+
+
+@pytest.mark.parametrize("language", LANGUAGES, ids=lambda path: path.stem)
+def test_notices_and_results_of_checks_are_translated(language: Path, sources: list[str]) -> None:
+    patterns = [
+        re.compile(".*?".join(map(re.escape, PLACEHOLDER.split(text))), re.DOTALL) for text in templates(language)
+    ]
+    speaking = re.compile(r"\.notice\(|\b(?:passed|failed|warned)\(")
+    trees = [ast.parse(source) for source in sources if speaking.search(source)]
+    texts = {text for tree in trees for text in quiet_texts(tree)} - OF_OTHERS_WORDS
+    assert len(texts) > 60
     untranslated = sorted(text for text in texts if not any(pattern.fullmatch(text) for pattern in patterns))
     assert untranslated == [], f"add their translation to {language.name}"

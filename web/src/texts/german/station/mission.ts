@@ -136,6 +136,7 @@ export const mission: readonly StationText[] = [
   ],
   ["the MAVLink traffic is no longer recorded: {error}", "der MAVLink-Verkehr wird nicht mehr aufgezeichnet: {error}"],
   // This station.
+  ["terrain: {text}", "Gelände: {text}"],
   [
     "This station stood still for {stall} s: it neither heard nor commanded the vehicles. Close other programs on this computer",
     "Diese Station stand {stall} s still: Sie hat die Drohnen weder gehört noch gesteuert. Andere Programme auf diesem Rechner schließen",

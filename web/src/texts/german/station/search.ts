@@ -14,6 +14,13 @@ export const search: readonly StationText[] = [
   ["1 stretch is", "1 Strecke wird"],
   ["{count} stretches are", "{count} Strecken werden"],
   // Search and findings.
+  ["{silence}: the search goes on with stops", "{silence}: Die Suche geht mit Halten weiter"],
+  ["The segments cannot be used: {error}", "Die Segmente können nicht verwendet werden: {error}"],
+  [
+    "Registration: poses are corrected from now on, by up to {offset} m and {yaw}° (confidence {confidence})",
+    "Registrierung: Posen werden ab jetzt korrigiert, um bis zu {offset} m und {yaw}° (Vertrauen {confidence})",
+  ],
+  ["Registration: no result from this step: {error}", "Registrierung: kein Ergebnis aus diesem Schritt: {error}"],
   ["Possible person", "Mögliche Person"],
   ["Animal?", "Tier?"],
   ["Warm object?", "Warmer Gegenstand?"],
