@@ -51,6 +51,7 @@ SIZE_PX = 512
 BANDS = ("red", "green", "blue", "thermal")
 FRAME_INTERVAL_S = 0.5
 """Two frames per second and camera, as in a search without stops."""
+_KEPT_FRAMES = 24
 PARTS = ("delay", "cost", "step")
 TILES = [f"{vehicle_id}.thermal" for vehicle_id in range(1, CAMERAS + 1)]
 _CHROMIUM_ARGUMENTS = ["--headless", "--no-sandbox", "--disable-gpu"]
@@ -114,7 +115,14 @@ class Cameras:
         while True:
             for vehicle_id in range(1, CAMERAS + 1):
                 await self._recorder.record_frame(1, self._capture(vehicle_id, time.time()))
+                self._forget()
                 await asyncio.sleep(FRAME_INTERVAL_S / CAMERAS)
+
+    def _forget(self) -> None:
+        """Remove old files, so that a disk in memory has room."""
+        newest = self._count - _KEPT_FRAMES
+        for path in (self._recorder.folder / "frames").glob(f"*_{newest:05d}.*"):
+            path.unlink()
 
     def _capture(self, vehicle_id: int, utc_s: float) -> Capture:
         self._count += 1
