@@ -26,6 +26,7 @@ from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.runtime.sign_in import operator_secrets
 from tests.fakes.app import OperatorClient, app_of
+from tests.fakes.hand_time import HandTime
 from tests.fakes.mission import ScriptedMission
 
 PASSWORD = "larch and spruce"  # noqa: S105 - of the tests
@@ -38,16 +39,6 @@ PEOPLE = {
 }
 HERE = "192.0.2.1"
 _NOT_ENOUGH = {"sign_in_required", "role_required"}
-
-
-class HandTime:
-    """Real seconds that pass by hand."""
-
-    def __init__(self) -> None:
-        self.now_s = 1000.0
-
-    def __call__(self) -> float:
-        return self.now_s
 
 
 @pytest.fixture(autouse=True)

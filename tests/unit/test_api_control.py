@@ -16,20 +16,11 @@ from aos_gcs.clock import LoopClock
 from aos_gcs.errors import InputDataError
 from aos_gcs.mission.model.actions import Action
 from tests.fakes.app import OperatorClient, app_of
+from tests.fakes.hand_time import HandTime
 from tests.fakes.mission import ScriptedMission
 
 CODE = "larch-and-spruce"
 BASE_URL = "http://127.0.0.1:8080"
-
-
-class HandTime:
-    """Real seconds that pass by hand."""
-
-    def __init__(self) -> None:
-        self.now_s = 1000.0
-
-    def __call__(self) -> float:
-        return self.now_s
 
 
 @pytest.fixture
