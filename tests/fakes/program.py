@@ -7,6 +7,7 @@ import json
 import os
 import re
 import signal
+import socket
 import sys
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager, suppress
@@ -84,6 +85,14 @@ class Program:
         output, _ = await listing.communicate()
         rows = (line.split(maxsplit=2) for line in output.decode().splitlines())
         return [int(pid) for pid, parent, line in rows if int(parent) == self.process.pid and words in line]
+
+
+def unused_port() -> int:
+    """Return a UDP port that nobody listens on."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        port: int = probe.getsockname()[1]
+    return port
 
 
 @asynccontextmanager

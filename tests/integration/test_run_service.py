@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import json
 import signal
-import socket
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
@@ -20,7 +19,7 @@ from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.ports import Clock, DriverContext, Fleet, FlightMode
 from aos_gcs.store.reader import MissionReader
-from tests.fakes.program import Program, running
+from tests.fakes.program import Program, running, unused_port
 from tests.timing import scaled_s
 
 CONFIGURATION = """
@@ -49,13 +48,6 @@ enabled = false
 [record]
 folder = "{folder}"
 """
-
-
-def unused_port() -> int:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        port: int = probe.getsockname()[1]
-    return port
 
 
 @pytest.fixture
