@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import heapq
 import math
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -24,6 +25,7 @@ from aos_gcs.planning.estimate import ACCELERATION_MPS2, CLIMB_MPS, SINK_MPS, ST
 from aos_gcs.planning.expected_views import forest_directions
 from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.planning.proposal import altitude_layers
+from aos_gcs.planning.settings import ForestSettings
 
 FloatArray = NDArray[np.float64]
 
@@ -31,14 +33,24 @@ CELL_M: Final = 4.0
 """Edge of a cell whose views are counted."""
 _LENGTHS_M: Final = (15.0, 30.0, 60.0)
 _DIRECTIONS: Final = 16
-_SPEEDS_MPS: Final = (4.0, 7.0)
+SPEEDS_MPS: Final = (4.0, 7.0)
 """Speeds that are tried beside that of the planned legs."""
-_LONGEST_S: Final = 7200.0
+LONGEST_S: Final = 7200.0
 """Time after which a search that does not reach what is wanted is given up."""
 
 
-class _Ground:
+class ViewedCells:
     """Cells of the area, and the directions from which each was seen."""
+
+    @classmethod
+    def of(cls, half_m: float, forest: ForestSettings) -> ViewedCells:
+        """Return the cells of a square area about the origin, nothing of which was seen.
+
+        Args:
+            half_m: half of its side.
+            forest: forest above it.
+        """
+        return cls(half_m, forest_directions(forest), forest.occlusion)
 
     def __init__(self, half_m: float, directions: ViewDirections, occlusion: float) -> None:
         side = math.ceil(2.0 * half_m / CELL_M)
@@ -97,7 +109,7 @@ def fly_chosen(plan: MissionPlan, pod: float) -> SearchFlight | None:
 
     Arguments and result as of :func:`fly_chosen_at`.
     """
-    speeds_mps = {plan.leg_speed_mps, *_SPEEDS_MPS}
+    speeds_mps = {plan.leg_speed_mps, *SPEEDS_MPS}
     flights = [fly_chosen_at(plan, pod, speed_mps) for speed_mps in sorted(speeds_mps)]
     return min((one for one in flights if one is not None), key=lambda one: one.duration_s, default=None)
 
@@ -116,7 +128,7 @@ def fly_chosen_at(plan: MissionPlan, pod: float, mps: float) -> SearchFlight | N
     if plan.forest is None or plan.launch_enu_m is None:
         return None
     half_m = plan.area_enu_m[2][0]
-    ground = _Ground(half_m, forest_directions(plan.forest), plan.forest.occlusion)
+    ground = ViewedCells.of(half_m, plan.forest)
     half_view = math.tan(plan.camera_fov_rad / 2.0)
     heights_m = altitude_layers(plan.vehicles, plan.lowest_layer_m, plan.layer_spacing_m)
     launch_m = np.array(plan.launch_enu_m)
@@ -126,11 +138,11 @@ def fly_chosen_at(plan: MissionPlan, pod: float, mps: float) -> SearchFlight | N
     times_s, cameras_m, path_m = [], [], 0.0
     while float(ground.detection.mean()) < pod:
         now_s, number = heapq.heappop(free)
-        if now_s > _LONGEST_S:
+        if now_s > LONGEST_S:
             return None
         here_m = places_m[number]
         best = (-1.0, 0.0, here_m, np.empty(0), np.empty((0, 3)))
-        for target_m in _targets(ground, here_m, half_m):
+        for target_m in targets(ground, here_m, half_m, _LENGTHS_M):
             length_m = math.dist(here_m, target_m)
             if length_m < mps / plan.rate_hz:
                 continue  # nothing is exposed on the way
@@ -161,11 +173,18 @@ def fly_chosen_at(plan: MissionPlan, pod: float, mps: float) -> SearchFlight | N
     )
 
 
-def _targets(ground: _Ground, here_m: FloatArray, half_m: float) -> list[FloatArray]:
-    """Return where a vehicle may fly next, inside of the area."""
+def targets(ground: ViewedCells, here_m: FloatArray, half_m: float, lengths_m: Sequence[float]) -> list[FloatArray]:
+    """Return where a vehicle may fly next from a place, shape (2,), inside of the area.
+
+    Args:
+        ground: what was seen.
+        here_m: the place.
+        half_m: half of the side of the area.
+        lengths_m: lengths of the stretches that are compared.
+    """
     angles_rad = np.arange(_DIRECTIONS) * math.tau / _DIRECTIONS
     courses = np.column_stack((np.sin(angles_rad), np.cos(angles_rad)))
-    targets = [here_m + length_m * course for length_m in _LENGTHS_M for course in courses]
+    targets = [here_m + length_m * course for length_m in lengths_m for course in courses]
     inside = [target_m for target_m in targets if np.abs(target_m).max() <= half_m]
     east_m, north_m = np.meshgrid(ground.middles_m, ground.middles_m)
     distance_m = np.hypot(east_m - here_m[0], north_m - here_m[1])

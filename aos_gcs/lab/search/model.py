@@ -35,6 +35,8 @@ class Method(StrEnum):
     """The line of close looks along legs one swath apart, 5 m/s; all views count together."""
     CHOSEN = "chosen"
     """Every vehicle flies on to where it expects to see most of the ground anew per second."""
+    CHOSEN_LEGS = "chosen_legs"
+    """The line as a whole flies on to where it expects to see most of the ground anew per second, leg after leg."""
     STOPS = "stops"
     """The line of close looks, which stops every two metres."""
     SINGLE = "single"

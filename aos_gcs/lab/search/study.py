@@ -25,6 +25,7 @@ from aos_gcs.imaging.model import Frame
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.lab.detectability.study import BANDS, marked_cells
 from aos_gcs.lab.search.chosen import fly_chosen
+from aos_gcs.lab.search.chosen_legs import fly_chosen_legs
 from aos_gcs.lab.search.model import (
     Conditions,
     Method,
@@ -54,6 +55,7 @@ MARKED_SHARE: Final = 0.8
 IMAGE_PX: Final = 512
 _PATCH_M: Final = 50.0
 """Side of the forest around a person: rays from the corners of images pass no crown that would lean in from beyond."""
+_CHOOSING: Final = {Method.CHOSEN: fly_chosen, Method.CHOSEN_LEGS: fly_chosen_legs}
 _PLACES_M: Final = 4.0
 """Persons are at most so far from its middle, on both axes."""
 
@@ -134,12 +136,12 @@ def search_flight(pod: float, conditions: Conditions, method: Method, number: in
         number: number of the flight, where several follow each other.
     """
     plan = plan_for(pod, conditions)
-    if method is not Method.CHOSEN:
+    if method not in _CHOOSING:
         flown = flown_plan(plan, method)
         return None if flown is None else fly_legs(flown, number)
     if number == 0:
         planned = flown_plan(plan, Method.PLANNED)
-        return None if planned is None else fly_chosen(planned, pod)
+        return None if planned is None else _CHOOSING[method](planned, pod)
     # Nothing in it is drawn: a flight that has missed somebody is flown again with its axes exchanged.
     flight = search_flight(pod, conditions, method)
     if flight is None or number % 2 == 0:
