@@ -15,6 +15,8 @@ TRACKING_M = 0.5
 BY_THE_STATION = frozenset({Manoeuvre.POSITION, Manoeuvre.FOLLOW})
 """Manoeuvres by which a vehicle flies where the station has sent it; others go straight up or down, or are the return
 of the autopilot, which knows no zones of the station."""
+RECOVERY_M = 0.2
+"""Distance by which a vehicle flies back from one look to the next, once its position estimate is right again."""
 EVERY = 2
 """Steps of the simulation from one look to the next: 0.2 s, in which a vehicle flies 2 m at most."""
 GROUND_M = 0.5
@@ -42,6 +44,8 @@ class AirspaceWatch:
         """Vehicles beyond a limit, with its name: only who crosses one is reported."""
         self._risen: set[int] = set()
         """Vehicles that the station flies above the floor; they may be below it on their way up and down."""
+        self._beside_m: dict[int, float] = {}
+        """Horizontal error of each vehicle's position, now or so lately that it has not flown back yet."""
         self._offset_m: dict[int, float] = {}
         """Error of each vehicle's height on the ground, which the station takes out."""
 
@@ -63,6 +67,8 @@ class AirspaceWatch:
             is_ours: whether the station flies it: its motors run, and neither a pilot nor a fault has taken it away.
         """
         error_m = np.subtract(believed_enu_m, true_enu_m)
+        lately_m = self._beside_m.get(vehicle_id, 0.0) - RECOVERY_M
+        self._beside_m[vehicle_id] = max(float(np.hypot(*error_m[:2])), lately_m)
         if true_enu_m[2] < GROUND_M:
             self._offset_m[vehicle_id] = float(error_m[2])
             self._risen.discard(vehicle_id)
@@ -70,7 +76,7 @@ class AirspaceWatch:
         if self._limits is None:
             return
         sent = is_ours and manoeuvre in BY_THE_STATION
-        beside_m = float(np.hypot(*error_m[:2])) + TRACKING_M
+        beside_m = self._beside_m[vehicle_id] + TRACKING_M
         for boundary in self._boundaries:
             left_m = boundary.depth_m(np.array(true_enu_m[:2])) - boundary.margin_m
             kind = "beyond the geofence's margin" if boundary.keeps_in else "within a no-go zone's margin"

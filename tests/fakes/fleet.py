@@ -100,6 +100,7 @@ class FakeVehicle:
     heartbeat_silent_since_s: float | None = None
     camera_works: bool = True
     camera_delay_s: float = 0.0
+    reported_north_m: float = 0.0
     reported_landed: LandedState | None = None
     """What it says about standing on the ground, where that is not the truth."""
     refuses: frozenset[type] = frozenset()
@@ -184,7 +185,7 @@ class FakeVehicle:
             landed=self.reported_landed or (LandedState.ON_GROUND if on_ground else LandedState.IN_AIR),
             landed_at_s=heard_at_s,
             ready_to_arm=True,
-            position=FRAME.to_geodetic(position_enu_m),
+            position=FRAME.to_geodetic(position_enu_m + np.array([0.0, self.reported_north_m, 0.0])),
             position_at_s=heard_at_s,
             height_above_home_m=up_m - home_up_m,
             velocity_enu_mps=(east_m * share, north_m * share, rise_m * share),

@@ -75,6 +75,54 @@ async def test_a_vehicle_without_a_position_is_held_and_told(problem: str) -> No
     assert len([text for text in texts_of(flight, Severity.CRITICAL) if told in text]) == 1
 
 
+async def test_a_vehicle_whose_position_jumps_is_held_and_told_until_it_is_back() -> None:
+    flight = prepare(target=None)
+    async with flying(flight) as run:
+        await until_step(flight, 1)
+        vehicle = flight.fleet.members[2]
+        vehicle.reported_north_m = 15.0
+        await flight.until(lambda: flight.task(2) is Task.HELD)
+        assert isinstance(vehicle.commands[-1], Hold)
+        sent = len(vehicle.commands)
+        await flight.commands.act(Action.RETURN, None)
+        await flight.clock.sleep(3.0)
+        assert len(vehicle.commands) == sent  # the way home from a wrong place would be another one
+        vehicle.reported_north_m = 0.0
+        await run
+    told = [text for text in texts_of(flight, Severity.CRITICAL) if text.startswith("its position jumped by 1")]
+    assert len(told) == 1
+    assert "its positions follow from its velocity again" in texts_of(flight, Severity.INFO)
+    assert flight.task(2) is Task.LANDED
+
+
+async def test_a_position_that_stays_where_it_jumped_to_is_accepted() -> None:
+    flight = prepare(target=None)
+    async with flying(flight) as run:
+        await until_step(flight, 1)
+        flight.fleet.members[2].reported_north_m = 15.0
+        jumped_at_s = flight.clock.now_s()
+        again = "its positions follow from its velocity again"
+        await flight.until(lambda: again in texts_of(flight, Severity.INFO))
+        assert flight.clock.now_s() - jumped_at_s == pytest.approx(10.0, abs=0.5)
+        flight.fleet.members[2].reported_north_m = 0.0
+        await flight.clock.sleep(11.0)
+        await flight.commands.act(Action.RETURN, None)
+        await run
+    assert flight.task(2) is Task.LANDED
+
+
+@pytest.mark.parametrize("speed_mps", [3.0, 10.0])
+async def test_a_flight_at_any_speed_is_no_jump(speed_mps: float) -> None:
+    flight = prepare(target=None)
+    for vehicle in flight.fleet.members.values():
+        vehicle.speed_mps = speed_mps
+    async with flying(flight) as run:
+        await until_step(flight, 2)
+        await flight.commands.act(Action.RETURN, None)
+        await run
+    assert not any("its position jumped" in text for text in flight.texts())
+
+
 async def test_vibration_is_told_once_and_a_short_one_not_at_all() -> None:
     flight = prepare(target=None)
     async with flying(flight) as run:

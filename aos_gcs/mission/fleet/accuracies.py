@@ -24,14 +24,17 @@ def accuracy_of(state: VehicleState) -> Accuracy:
     )
 
 
-def accuracy_in_layers(member: Member, separation_m: float, layer_spacing_m: float) -> Accuracy:
-    """Return the accuracy of a vehicle's position that separation in flight reckons with.
+def accuracy_on_paths(member: Member, separation_m: float, layer_spacing_m: float) -> Accuracy:
+    """Return the accuracy of a vehicle's position that new paths reckon with.
 
     Its vertical part is not more than the layers bear: preflight has found it so, or an operator has overridden that,
     and vehicles in neighbouring layers would block each other. Of a vehicle that was found inaccurate in flight, and
-    leaves, it is taken as reported. What a vehicle's altitude was found to be wrong by in flight is added whole.
+    leaves, it is taken as reported. What a vehicle's altitude was found to be wrong by in flight, and what its reports
+    have jumped by, is added whole.
     """
     accuracy = accuracy_of(member.state)
     borne_m = max(0.0, greatest_accuracy_m(separation_m, layer_spacing_m))
     vertical_m = accuracy.vertical_m if member.is_inaccurate else min(accuracy.vertical_m, borne_m)
-    return Accuracy(accuracy.horizontal_m, vertical_m + member.altitude_doubt_m / CONFIDENCE)
+    return Accuracy(
+        accuracy.horizontal_m + member.position_doubt_m / CONFIDENCE, vertical_m + member.altitude_doubt_m / CONFIDENCE
+    )

@@ -32,6 +32,8 @@ _LEVEL_MPS: Final = 0.5
 """Vertical speed below which a vehicle flies level: reports that are up to a second apart then belong together."""
 _MEASURED_AGE_S: Final = 1.0
 """Age up to which a position is compared with what is measured now."""
+_AHEAD_S: Final = 8.0
+"""Time for which a height that drifts is thought ahead, where others keep clear of it: a flight to the next place."""
 _GONE_FACTOR: Final = 0.5
 """Share of the limit below which a deviation counts as gone."""
 
@@ -51,7 +53,18 @@ class _Track:
     """Each reference at the launch point."""
     difference_m: dict[Reference, float] = field(default_factory=dict)
     """Average of the estimated height minus that of each reference, in level flight."""
+    lagging_m: dict[Reference, float] = field(default_factory=dict)
+    """Average of these averages: it lags behind a drift twice as far, which shows how fast the height drifts."""
     level_s: float = 0.0
+
+    def forget(self) -> None:
+        """Begin new averages."""
+        self.difference_m, self.lagging_m, self.level_s = {}, {}, 0.0
+
+    def drifted_m(self, reference: Reference) -> float:
+        """Return how much more than its average a difference will be soon, if it goes on as now (Brown's method)."""
+        lag_m = self.difference_m[reference] - self.lagging_m[reference]
+        return lag_m * (1.0 + _AHEAD_S / _SMOOTHING_S)
 
 
 class AltitudeWatch:
@@ -92,11 +105,12 @@ class AltitudeWatch:
         stands = is_grounded(state) and not isinstance(member.last_command, Takeoff)
         if stands:
             measured_m = _measured_m(state)
-            track.ground_m, track.difference_m, track.level_s = measured_m, {}, 0.0
+            track.ground_m = measured_m
+            track.forget()
             return
         if not is_airborne or not state.armed or not self._roster.is_fresh(state.position_at_s):
             # It falls, lies somewhere or is not heard: it says nothing of the others' heights.
-            track.difference_m, track.level_s = {}, 0.0
+            track.forget()
             return
         if (self._roster.position_age_s(member) or 0.0) > _MEASURED_AGE_S:
             return
@@ -112,7 +126,10 @@ class AltitudeWatch:
         for reference in track.ground_m.keys() & measured_m.keys():
             difference_m = height_m - (measured_m[reference] - track.ground_m[reference])
             average_m = track.difference_m.get(reference, difference_m)
-            track.difference_m[reference] = average_m + share * (difference_m - average_m)
+            average_m += share * (difference_m - average_m)
+            lagging_m = track.lagging_m.get(reference, average_m)
+            track.difference_m[reference] = average_m
+            track.lagging_m[reference] = lagging_m + share * (average_m - lagging_m)
 
     def _deviation(self, member: Member, airborne: Mapping[int, Member]) -> tuple[float, float, Reference] | None:
         """Return the worst deviation from the others, what it errs by, and the reference; None while there is none.
@@ -150,7 +167,8 @@ class AltitudeWatch:
         is_wrong = abs(away_m) > limit_m or (
             member.vehicle_id in self._told and abs(away_m) > error_m + _GONE_FACTOR * most_m
         )
-        member.altitude_doubt_m = abs(away_m) if is_wrong else 0.0
+        soon_m = away_m + self._tracks[member.vehicle_id].drifted_m(reference)
+        member.altitude_doubt_m = max(abs(away_m), abs(soon_m)) if is_wrong else 0.0
         if not is_wrong:
             self._told.discard(member.vehicle_id)
             return

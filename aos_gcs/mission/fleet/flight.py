@@ -19,7 +19,7 @@ from aos_gcs.airspace.traffic import Obstacle, WaypointRequest
 from aos_gcs.airspace.vetting import vet_waypoints
 from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict
 from aos_gcs.errors import CommandError, CommandRefusedError
-from aos_gcs.mission.fleet.accuracies import accuracy_in_layers
+from aos_gcs.mission.fleet.accuracies import accuracy_on_paths
 from aos_gcs.mission.fleet.motion import (
     destination_enu_m,
     hovers_at_waypoint,
@@ -163,10 +163,10 @@ class FlightControl:
         return self._detours
 
     def accuracy(self, member: Member) -> Accuracy:
-        """Return the accuracy of a vehicle's position that its separation from others reckons with."""
+        """Return the accuracy of a vehicle's position that paths of others reckon with."""
         if self._limits is None:
             raise RuntimeError("no safety limits: preflight has not passed")
-        return accuracy_in_layers(member, self._limits.separation_m, self._settings.layer_spacing_m)
+        return accuracy_on_paths(member, self._limits.separation_m, self._settings.layer_spacing_m)
 
     def clearance_m(self, members: Iterable[Member]) -> float:
         """Return how far apart side by side these vehicles have to be, by the least accurate of them."""

@@ -5,14 +5,17 @@ from __future__ import annotations
 import asyncio
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 from aos_gcs.airspace.accuracy import Accuracy
 from aos_gcs.mission.context import FlightContext
+from aos_gcs.mission.fleet.accuracies import accuracy_of
 from aos_gcs.mission.fleet.accuracy_watch import AccuracyWatch
 from aos_gcs.mission.fleet.altitude_watch import AltitudeWatch
 from aos_gcs.mission.fleet.condition import MAX_BATTERY_AGE_S, ConditionWatch
 from aos_gcs.mission.fleet.energy import time_home_s
 from aos_gcs.mission.fleet.ground_watch import GroundWatch
+from aos_gcs.mission.fleet.jump_watch import JumpWatch
 from aos_gcs.mission.fleet.link_watch import LinkWatch
 from aos_gcs.mission.fleet.proximity import ProximityWatch
 from aos_gcs.mission.fleet.return_and_land import ReturnAndLand
@@ -63,6 +66,7 @@ class Monitor:
         self._wrong_altitudes: dict[int, str] = {}
         """Reason to leave by vehicle, for those that are or may be at another height than reported."""
         self._condition = ConditionWatch(context.roster, context.clock, context.journal)
+        self._jumps = JumpWatch(context.roster, context.clock, context.journal)
         self._catching_up = CatchingUp()
         self._all_lost_since_s: float | None = None
         self._stopped_at_s: dict[int, float] = {}
@@ -99,7 +103,7 @@ class Monitor:
                     if (reason := self._must_leave(member)) is not None:
                         group.create_task(self._returning().send_home(member, reason))
                     self._watch_take_over(member)
-                    if self._condition.look(member) and member.task in _STOPPED_IF_LOST and member.follows_us:
+                    if self._is_lost_in_space(member) and member.task in _STOPPED_IF_LOST and member.follows_us:
                         group.create_task(self._hold(member))
                 for member in self._standing_hold.take_due(
                     self._context.roster.airborne(), self._context.clock.now_s()
@@ -155,8 +159,8 @@ class Monitor:
             context.journal.notice(Severity.CRITICAL, text, vehicle_id)
 
     def _accuracy(self, member: Member) -> Accuracy:
-        """Return the accuracy of a vehicle's position in the flight by the present plan."""
-        return self._context.flight.accuracy(member)
+        """Return the accuracy of a measured position; one that has jumped must not hold all others about it."""
+        return replace(self._context.flight.accuracy(member), horizontal_m=accuracy_of(member.state).horizontal_m)
 
     def _watch_altitudes(self) -> None:
         context = self._context
@@ -171,6 +175,11 @@ class Monitor:
             member.battery.reset()
         elif member.state.battery_fraction is not None:
             member.battery.take(self._context.clock.now_s(), member.state.battery_fraction)
+
+    def _is_lost_in_space(self, member: Member) -> bool:
+        """Return whether a vehicle's position cannot be trusted from now on."""
+        has_jumped = self._jumps.look(member)
+        return self._condition.look(member) or has_jumped
 
     def _must_leave(self, member: Member) -> str | None:
         """Return the reason why a vehicle has to return now; None if it has none."""

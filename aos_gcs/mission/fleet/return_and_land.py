@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.airspace.spacing import landing_spots, spread_apart
 from aos_gcs.mission.context import FlightContext
+from aos_gcs.mission.fleet.jump_watch import DOUBT_LASTS_S
 from aos_gcs.mission.fleet.launch_columns import in_launch_columns
 from aos_gcs.mission.fleet.roster import Member
 from aos_gcs.mission.fleet.vehicle_tasks import VehicleTasks
@@ -60,7 +61,7 @@ class ReturnAndLand:
         self._take_over_all()
         context.journal.set_message("Returning: flying home in the altitude layers.")
         await self._land_in_launch_columns()
-        able = [member for member in self._still_flying() if self._can_fly_home(member)]
+        able = [m for m in self._still_flying() if self._can_fly_home(m) and not m.position_doubt_m]
         for member in able:
             context.roster.assign(member, Task.RETURNING)
         await self._fly(able, self._climb)
@@ -180,6 +181,7 @@ class ReturnAndLand:
             context.roster.assign(member, Task.LANDING)
             await context.flight.command(member, Land())
             return
+        await self._until_located([member])
         await self._fly([member], self._climb)
         await self._fly([member], self._above_home)
         if member.task is not Task.RETURNING or not member.follows_us:
@@ -206,11 +208,18 @@ class ReturnAndLand:
 
     async def _return_held(self) -> None:
         """Fly vehicles home that were held on their way, such as for the separation, once the others are there."""
+        await self._until_located(self._context.roster.members(Task.HELD))
         held = [m for m in self._context.roster.members(Task.HELD) if self._can_fly_home(m)]
         for member in held:
             self._context.roster.assign(member, Task.RETURNING)
         await self._fly(held, self._climb)
         await self._fly(held, self._above_home)
+
+    async def _until_located(self, members: Sequence[Member]) -> None:
+        """Wait while positions are in doubt: from there, the vetted path would be another one in the air."""
+        await self._context.flight.wait_until(
+            lambda: [member for member in members if member.airborne], lambda m: not m.position_doubt_m, DOUBT_LASTS_S
+        )
 
     async def _land_in_turn(self) -> None:
         """Land vehicles that are home, then fly and land the others one by one, those near their launch points first.

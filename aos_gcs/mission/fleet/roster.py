@@ -54,6 +54,8 @@ class Member:
     """Altitude that it reports minus the one above the datum that all share; as taken on the ground."""
     altitude_doubt_m: float = 0.0
     """Error of its height that was found in flight; 0 while there is none."""
+    position_doubt_m: float = 0.0
+    """Horizontal distance by which its reports jumped: it may be at either place. 0 while they have not."""
     is_inaccurate: bool = False
     """Whether its altitude was found less accurate in flight than the altitude layers bear."""
     height_above_ground_m: AboveGroundM | None = None

@@ -129,6 +129,12 @@ export const flight: readonly StationText[] = [
     "{problem}. It is held, and its distance to others is uncertain: return it, or land it",
     "{problem}. Sie wird gehalten, ihr Abstand zu anderen ist unsicher: zurückholen oder landen",
   ],
+  [
+    "{jump}. It is held, and others keep clear: check it, then resume it",
+    "{jump}. Sie wird gehalten, und andere halten Abstand: prüfen, dann fortsetzen",
+  ],
+  ["its position jumped by {distance} m", "ihre Position ist um {distance} m gesprungen"],
+  ["its positions follow from its velocity again", "ihre Positionen passen wieder zu ihrer Geschwindigkeit"],
   ["it has lost its 3D position fix", "sie hat die 3D-Ortung verloren"],
   ["its estimator has no position", "ihre Lageschätzung hat keine Position"],
   [
