@@ -165,8 +165,8 @@ async def test_a_vehicle_held_on_its_way_is_not_crossed_by_another() -> None:
         start_enu_m = crossed.position_enu_m()
         await control.send(control.vet({2: start_enu_m + np.array([20.0, 0.0, 0.0])}))
         crossed.speed_mps = 1.0
-        crossing.start_enu_m = crossing.goal_enu_m = start_enu_m + np.array([10.0, -10.0, 0.0])
-        await flight.clock.sleep(1.0)
+        crossing.fly_to(start_enu_m + np.array([10.0, -10.0, 0.0]))
+        await flight.clock.sleep(2.0)
         asked = {1: start_enu_m + np.array([10.0, 10.0, 0.0]), 2: np.full(3, np.nan)}
         granted, held = control.vet(asked)
         assert held.verdict is WaypointVerdict.HELD
