@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields, replace
+from functools import lru_cache
 
 from aos_gcs.airspace.polygon import Boundary, Polygon, as_polygon
 from aos_gcs.errors import ConfigurationError
@@ -88,15 +89,24 @@ class SafetyLimits:
 
     def boundaries(self) -> tuple[Boundary, ...]:
         """Return what no segment may cross: the geofence, and every no-go zone."""
-        margin_m = self.margin_m if self.no_go_margin_m is None else self.no_go_margin_m
-        zones = [
-            Boundary(
-                as_polygon(zone, f"no_go_enu_m[{row}]"), f"no-go zone {row + 1}", keeps_in=False, margin_m=margin_m
-            )
-            for row, zone in enumerate(self.no_go_enu_m)
-        ]
-        fence_m = as_polygon(self.fence_enu_m, "fence_enu_m")
-        return (Boundary(fence_m, "the geofence", keeps_in=True, margin_m=self.margin_m), *zones)
+        no_go_margin_m = self.margin_m if self.no_go_margin_m is None else self.no_go_margin_m
+        return _boundaries(self.fence_enu_m, self.margin_m, self.no_go_enu_m, no_go_margin_m)
+
+
+@lru_cache(maxsize=64)
+def _boundaries(
+    fence_enu_m: Polygon, margin_m: float, no_go_enu_m: tuple[Polygon, ...], no_go_margin_m: float
+) -> tuple[Boundary, ...]:
+    """Return the checked boundaries of limits; every vetting of waypoints asks for them again."""
+    fence_m = as_polygon(fence_enu_m, "fence_enu_m")
+    zones_m = [as_polygon(zone, f"no_go_enu_m[{row}]") for row, zone in enumerate(no_go_enu_m)]
+    for vertices_m in (fence_m, *zones_m):
+        vertices_m.flags.writeable = False
+    zones = [
+        Boundary(vertices_m, f"no-go zone {row}", keeps_in=False, margin_m=no_go_margin_m)
+        for row, vertices_m in enumerate(zones_m, start=1)
+    ]
+    return (Boundary(fence_m, "the geofence", keeps_in=True, margin_m=margin_m), *zones)
 
 
 _FAR_M = 1e5

@@ -27,6 +27,17 @@ def test_an_admissible_waypoint_is_sent_as_it_is() -> None:
     assert record == WaypointRecord(4, (3.0, 4.0, 35.5), (3.0, 4.0, 35.5), WaypointVerdict.SENT, "")
 
 
+def test_limits_that_differ_in_a_margin_have_boundaries_of_their_own_and_nobody_changes_them() -> None:
+    zoned = replace(LIMITS, no_go_enu_m=(((10.0, 0.0), (20.0, 0.0), (20.0, 9.0)),))
+    fence, zone = zoned.boundaries()
+    assert (fence.margin_m, zone.margin_m, zone.name) == (5.0, 5.0, "no-go zone 1")
+    assert [one.margin_m for one in replace(zoned, no_go_margin_m=2.5).boundaries()] == [5.0, 2.5]
+    assert [one.margin_m for one in replace(zoned, margin_m=3.0).boundaries()] == [3.0, 3.0]
+    for boundary in (fence, zone):
+        with pytest.raises(ValueError, match="read-only"):
+            boundary.vertices_m[0] = 0.0
+
+
 def test_staying_in_place_is_always_admissible() -> None:
     record = vet_one(request(1, (0.0, 0.0, 35.0), (0.0, 0.0, 35.0)), Obstacle(2, np.array([0.5, 0.0, 35.0])))
     assert record.verdict is WaypointVerdict.SENT
