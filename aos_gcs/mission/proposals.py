@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
@@ -16,7 +17,11 @@ MAX_KEPT_S: Final = 86_400.0
 
 
 class Proposals:
-    """Keeps at most ``MAX_PROPOSALS``: decided ones give way to new ones, those that wait do not."""
+    """Keeps at most ``MAX_PROPOSALS``.
+
+    Decided ones give way to new ones, then the oldest of the sender with the most that wait: whoever floods the desk
+    takes no place from others.
+    """
 
     def __init__(self) -> None:
         self._records: dict[tuple[str, str], ProposalRecord] = {}
@@ -43,7 +48,7 @@ class Proposals:
         if former is not None and former.proposal.content == proposal.content:
             self._records[key] = replace(former, proposal=proposal)
             return False
-        if former is None and len(self._records) >= MAX_PROPOSALS and not self._make_room():
+        if former is None and len(self._records) >= MAX_PROPOSALS and not self._make_room(proposal):
             self.refused += 1
             return False
         self._records.pop(key, None)  # goes to the end: it is new to the operators
@@ -51,11 +56,18 @@ class Proposals:
         self._records[key] = ProposalRecord(self._count, proposal)
         return True
 
-    def _make_room(self) -> bool:
+    def _make_room(self, proposal: Proposal) -> bool:
         decided = next((key for key, record in self._records.items() if record.use is not None), None)
         if decided is not None:
             del self._records[decided]
-        return decided is not None
+            return True
+        waiting = Counter(_sender(record.proposal) for record in self._records.values())
+        busiest, most = waiting.most_common(1)[0]
+        if most <= waiting[_sender(proposal)] + 1:
+            return False
+        del self._records[next(key for key, record in self._records.items() if _sender(record.proposal) == busiest)]
+        self.refused += 1
+        return True
 
     def withdraw(self, source: str, uids: Sequence[str]) -> None:
         """Forget proposals that their senders have deleted; what was made of them stays."""
@@ -95,3 +107,7 @@ class Proposals:
         decided = replace(record, use=use, operator=operator, decided_utc_s=utc_s)
         self._records[record.proposal.source, record.proposal.uid] = decided
         return decided
+
+
+def _sender(proposal: Proposal) -> tuple[str, str]:
+    return proposal.source, proposal.sender

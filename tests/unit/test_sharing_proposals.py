@@ -307,6 +307,18 @@ def test_a_full_desk_gives_up_what_is_decided_and_refuses_the_rest() -> None:
     assert 5 not in {record.proposal_id for record in desk.all()}
 
 
+def test_who_floods_the_desk_takes_no_place_from_others() -> None:
+    desk = Proposals()
+    desk.take([replace(proposal(f"flood{number}"), sender="LOUD") for number in range(MAX_PROPOSALS)])
+    assert desk.take([replace(proposal(f"team{number}"), sender="TEAM") for number in range(3)]) == 3
+    waiting = [record.proposal.uid for record in desk.all()]
+    assert len(waiting) == MAX_PROPOSALS
+    assert waiting[-3:] == ["team0", "team1", "team2"]
+    assert waiting[0] == "flood3"
+    assert desk.take([replace(proposal("more"), sender="LOUD")]) == 0
+    assert desk.refused == 4
+
+
 def test_proposals_go_when_they_are_deleted_or_long_out_of_date() -> None:
     desk = Proposals()
     desk.take([proposal("a"), proposal("b"), proposal("c", stale_utc_s=UTC_S + 1e9)])

@@ -1,7 +1,7 @@
 import { describe, expect, it } from "vitest";
 import type { Place, Plan, Proposal } from "../src/api/types";
 import { featureOf } from "../src/map/layers/proposals";
-import { waiting } from "../src/state/proposals";
+import { bySender, waiting } from "../src/state/proposals";
 import { describe as described } from "../src/views/plan/proposals";
 import { withProposal } from "../src/views/plan/shapes";
 
@@ -32,6 +32,12 @@ const PLAN = { area: [], no_go: [[]], launch: null } as unknown as Plan;
 describe("proposals of others", () => {
   it("wait until somebody has decided", () => {
     expect(waiting([PROPOSAL, { ...PROPOSAL, use: "dismissed" }])).toEqual([PROPOSAL]);
+  });
+
+  it("are dismissed together where one sender has sent many", () => {
+    const flood = [1, 2, 3, 4].map((proposal_id) => ({ ...PROPOSAL, proposal_id, sender: "LOUD" }));
+    expect(bySender([PROPOSAL, ...flood])).toEqual([["LOUD", flood]]);
+    expect(bySender([PROPOSAL, ...flood.slice(1)])).toEqual([]);
   });
 
   it("change the plan as they were taken over, and not otherwise", () => {

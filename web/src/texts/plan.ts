@@ -153,5 +153,6 @@ export const plan = {
       finding: "Mark as finding",
       dismissed: "Dismiss",
     },
+    dismissAll: (count: number, sender: string) => `Dismiss all ${count} of ${sender}`,
   },
 } as const;

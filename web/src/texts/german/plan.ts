@@ -158,5 +158,6 @@ export const plan: Texts["plan"] = {
       finding: "Als Fund markieren",
       dismissed: "Verwerfen",
     },
+    dismissAll: (count, sender) => `Alle ${count} von ${sender} verwerfen`,
   },
 };

@@ -3,7 +3,7 @@ import { useRef, useState } from "preact/hooks";
 import { decideProposal } from "../../api/proposals";
 import type { Plan, Proposal, ProposalUse } from "../../api/types";
 import { timeOfDay } from "../../format";
-import { waiting } from "../../state/proposals";
+import { bySender, waiting } from "../../state/proposals";
 import { texts } from "../../texts";
 import { Panel } from "../../ui/panel";
 import { withProposal } from "./shapes";
@@ -29,6 +29,9 @@ export function ProposalsPanel({ plan, proposals, mayDecide, onPlan }: Props) {
     setBusyId(null);
     setRefusal(answer.ok ? null : answer.message);
     if (answer.ok) onPlan(withProposal(latest.current, answer.value));
+  };
+  const dismiss = async (unwanted: readonly Proposal[]): Promise<void> => {
+    for (const proposal of unwanted) await decide(proposal, "dismissed");
   };
   if (open.length === 0 && refusal === null) return null;
   return (
@@ -58,6 +61,18 @@ export function ProposalsPanel({ plan, proposals, mayDecide, onPlan }: Props) {
           </li>
         ))}
       </ul>
+      {mayDecide &&
+        bySender(open).map(([sender, unwanted]) => (
+          <button
+            key={sender}
+            type="button"
+            disabled={busyId !== null}
+            data-testid="proposals-dismiss"
+            onClick={() => void dismiss(unwanted)}
+          >
+            {texts.plan.proposals.dismissAll(unwanted.length, sender || texts.plan.proposals.somebody)}
+          </button>
+        ))}
       <p class="is-bad field-problem" role="alert">
         {refusal}
       </p>
