@@ -52,12 +52,15 @@ def next_sortie(
         findings: its findings, those of former sorties included.
         former: what it has begun with; None for the first sortie.
     """
-    area_enu_m = remaining_area(settings.area_enu_m, progress.planned_legs, progress.leg, progress.along_m)
+    passes = settings.search.passes
+    area_enu_m = remaining_area(settings.area_enu_m, progress.planned_legs, progress.leg, progress.along_m, passes)
     text = "The area is searched: it is proposed again."
     if area_enu_m is not None:
         text = "The part of the area that is not searched yet is proposed."
         if area_enu_m == settings.area_enu_m:
             text = "The whole area is proposed: no leg of it was flown to its end."
+            if passes > 1:
+                text = "The whole area is proposed: no leg of its last pass was flown to its end."
     return NextSortie(
         settings=replace(
             settings,

@@ -9,6 +9,7 @@ from typing import Final
 from aos_gcs.imaging.aperture import AperturePlan, plan_aperture
 from aos_gcs.planning.aperture import SATURATION
 from aos_gcs.planning.estimate import estimate_flights, planned_leg_count, planned_legs
+from aos_gcs.planning.legs import in_passes
 from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.planning.pod_proposal import SearchPattern, propose_pattern
 from aos_gcs.planning.settings import SearchMode
@@ -75,10 +76,10 @@ def forest_aperture(plan: MissionPlan, plane_height_m: float) -> AperturePlan | 
 
 
 def _heading(plan: MissionPlan, plane_height_m: float) -> Proposal | None:
-    present = planned_legs(plan, plane_height_m)
+    present = in_passes(planned_legs(plan, plane_height_m), plan.passes)
     # More legs are more turns: never better, and a long area may have very many.
-    headings = [rad for rad in _HEADINGS if planned_leg_count(plan, plane_height_m, rad) <= len(present)]
-    legs_of = {heading_rad: planned_legs(plan, plane_height_m, heading_rad) for heading_rad in headings}
+    headings = [rad for rad in _HEADINGS if plan.passes * planned_leg_count(plan, plane_height_m, rad) <= len(present)]
+    legs_of = {rad: in_passes(planned_legs(plan, plane_height_m, rad), plan.passes) for rad in headings}
     if not legs_of:
         return None
     present_s, *others_s = (one.duration_s for one in estimate_flights(plan, [present, *legs_of.values()]))

@@ -17,7 +17,7 @@ from aos_gcs.imaging.step.settings import MAX_RATE_HZ
 from aos_gcs.planning.advice import forest_aperture
 from aos_gcs.planning.estimate import PlanEstimate, launch_place, planned_leg_count, planned_legs
 from aos_gcs.planning.leg_order import chances_of, order_legs
-from aos_gcs.planning.legs import ScanLeg
+from aos_gcs.planning.legs import ScanLeg, in_passes
 from aos_gcs.planning.plan import SPACING_PARAMETER, MissionPlan, PlanProblem, apply_plan
 from aos_gcs.planning.plan_warnings import plan_warnings
 from aos_gcs.planning.prior_check import check_prior, plan_prior
@@ -28,6 +28,7 @@ from aos_gcs.planning.settings import (
     LEAST_POD,
     MAX_HEIGHT_M,
     MAX_LINE_SPACING_M,
+    MAX_PASSES,
     MissionSettings,
 )
 from aos_gcs.planning.sites import Homes, check_paths, check_points, planned_ground
@@ -140,7 +141,7 @@ def _problems(
             problems += [*_check_limits(plan, settings), *_check_legs(plan, settings)]
         if not _blocks(problems):
             legs = planned_legs(plan, settings.imaging.plane_height_m)
-            problems += check_paths(plan, ground, homes_enu_m, legs)
+            problems += check_paths(plan, ground, homes_enu_m, in_passes(legs, plan.passes))
             problems += check_terrain(plan, settings, origin, homes_enu_m, legs)
             problems += check_prior(plan, settings, origin)
     return problems, legs
@@ -256,6 +257,8 @@ def _check_wanted(plan: MissionPlan) -> Iterator[PlanProblem]:
         value = getattr(plan, field)
         if value is not None and not value > 0.0:
             yield PlanProblem(field, f"This must be above 0, but is {value:g}.")
+    if not 1 <= plan.passes <= MAX_PASSES:
+        yield PlanProblem("passes", f"The legs can be flown 1 to {MAX_PASSES} times, but this is {plan.passes}.")
     if plan.pod is not None and not LEAST_POD <= plan.pod <= GREATEST_POD:
         text = f"The wanted probability of detection must lie between {LEAST_POD:.0%} and {GREATEST_POD:.0%}."
         yield PlanProblem("pod", text)
@@ -343,7 +346,7 @@ def _check_limits(plan: MissionPlan, settings: MissionSettings) -> Iterator[Plan
 
 
 def _check_legs(plan: MissionPlan, settings: MissionSettings) -> Iterator[PlanProblem]:
-    count = planned_leg_count(plan, settings.imaging.plane_height_m)
+    count = plan.passes * planned_leg_count(plan, settings.imaging.plane_height_m)
     if count > MAX_LEGS:
         text = f"The search area takes {count} legs, {MAX_LEGS} are allowed: make it smaller, or widen the spacing."
         yield PlanProblem("area_enu_m", text)

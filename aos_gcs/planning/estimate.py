@@ -18,7 +18,7 @@ from aos_gcs.airspace.raster import PlanRaster
 from aos_gcs.groundmap.figures import DetectionFigures
 from aos_gcs.imaging.aperture import footprint_m
 from aos_gcs.planning.expected_views import predicted_detection
-from aos_gcs.planning.legs import ScanLeg, leg_count, scan_legs
+from aos_gcs.planning.legs import ScanLeg, in_passes, leg_count, scan_legs
 from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.planning.settings import SearchMode
 from aos_gcs.planning.viewed_ground import LEVEL_GROUND, ViewedGround
@@ -86,14 +86,14 @@ def estimate_plan(plan: MissionPlan, plane_height_m: float, legs: Sequence[ScanL
     Args:
         plan: to be flown.
         plane_height_m: height of the focal plane above the origin.
-        legs: its legs in the order in which they are flown; none: to and fro.
+        legs: legs of all its passes in the order in which they are flown; none: to and fro.
 
     Raises:
         ConfigurationError: the plan cannot be flown.
     """
     raster = PlanRaster.around(plan.area_enu_m)
     inside, barred = raster.inside([plan.area_enu_m]), raster.inside(plan.no_go_enu_m)
-    legs = tuple(legs) or planned_legs(plan, plane_height_m)
+    legs = tuple(legs) or in_passes(planned_legs(plan, plane_height_m), plan.passes)
     swath_m = _swath_m(plan, plane_height_m)
     swept = raster.inside([_swept(leg, swath_m) for leg in legs])
     (flight,) = estimate_flights(plan, [legs])
@@ -113,7 +113,7 @@ def estimate_plan(plan: MissionPlan, plane_height_m: float, legs: Sequence[ScanL
 
 
 def planned_legs(plan: MissionPlan, plane_height_m: float, heading_rad: float | None = None) -> tuple[ScanLeg, ...]:
-    """Return the legs of a plan, or those of another heading."""
+    """Return the legs of one pass of a plan, or those of another heading."""
     return scan_legs(
         plan.area_enu_m,
         np.array(launch_place(plan)),
@@ -126,7 +126,7 @@ def planned_legs(plan: MissionPlan, plane_height_m: float, heading_rad: float | 
 
 
 def planned_leg_count(plan: MissionPlan, plane_height_m: float, heading_rad: float | None = None) -> int:
-    """Return how many legs a plan has, or those of another heading; cheap, however many they are."""
+    """Return how many legs a pass of a plan has, or those of another heading; cheap, however many they are."""
     direction_enu = _direction(plan.scan_heading_rad if heading_rad is None else heading_rad)
     swath_m = _swath_m(plan, plane_height_m)
     widest_m = swath_m if plan.leg_spacing_m is None else min(swath_m, plan.leg_spacing_m)

@@ -27,7 +27,7 @@ from aos_gcs.groundmap.tile import MAX_VIEWS
 from aos_gcs.groundmap.work import GroundSource, SearchedArea, opened_map
 from aos_gcs.planning.estimate import STILL_S, move_s, scan_step_m
 from aos_gcs.planning.expected_views import expected_views, forest_directions, line_of, spread_places
-from aos_gcs.planning.legs import ScanLeg
+from aos_gcs.planning.legs import ScanLeg, in_passes
 from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.planning.settings import SearchMode
 from aos_gcs.prior.model import AreaPrior
@@ -117,18 +117,19 @@ def chances_of(
 def order_legs(
     legs: Sequence[ScanLeg], plan: MissionPlan, chances: Chances, from_m: tuple[float, float]
 ) -> tuple[ScanLeg, ...]:
-    """Return legs, whole or cut, in the order in which the person is likely to be noticed soonest.
+    """Return legs of all passes, whole or cut, in the order in which the person is likely to be noticed soonest.
 
-    Together they cover the same ground. Equal arguments give equal results.
+    Those of a pass together cover the same ground, and the second pass flies the first one's back. Equal arguments give
+    equal results.
 
     Args:
-        legs: legs to and fro, neighbours following each other.
+        legs: legs of one pass to and fro, neighbours following each other.
         plan: plan that they are part of, with the vehicles that fly.
         chances: what a pass gains.
         from_m: place that the swarm comes from.
     """
     if not legs or not len(chances.places_m) or chances.are_alike:
-        return tuple(legs)
+        return in_passes(legs, plan.passes)
     bin_m = max(_BIN_M, max(leg.length_m for leg in legs) / _MOST_BINS)
     strips = [_strip(leg, strip_width_m(plan, legs), chances, bin_m) for leg in legs]
     pace = _Pace(plan.cruise_speed_mps, _leg_mps(plan), bin_m)
@@ -144,7 +145,7 @@ def order_legs(
         default=(math.inf, -1),
     )
     order = others[best] if best_s < WORTH_IT * plain_s else plain
-    return tuple(strips[part.strip].part(part, bin_m) for part in order)
+    return in_passes([strips[part.strip].part(part, bin_m) for part in order], plan.passes)
 
 
 def mean_time_s(

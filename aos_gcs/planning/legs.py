@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,10 @@ from aos_gcs.errors import ConfigurationError
 from aos_gcs.swarm.line import in_projection_order, line_axis, line_places, unit_vector
 
 FloatArray = NDArray[np.float64]
+
+
+PASSES_APART_M: Final = 2.0
+"""Distance of a pass over the legs from the one before: as much as makes a view independent, with what poses err by."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +36,17 @@ class ScanLeg:
         """Place of the line's centre at the end of the leg."""
         (east_m, north_m), (east, north) = self.start_enu_m, self.direction_enu
         return (east_m + self.length_m * east, north_m + self.length_m * north)
+
+    @property
+    def reversed(self) -> ScanLeg:
+        """The same leg, flown from its end to its start."""
+        east, north = self.direction_enu
+        return ScanLeg(self.end_enu_m, (-east, -north), self.length_m)
+
+    def beside(self, right_m: float) -> ScanLeg:
+        """Return the leg displaced to the right of its direction."""
+        (east_m, north_m), (east, north) = self.start_enu_m, self.direction_enu
+        return ScanLeg((east_m + right_m * north, north_m - right_m * east), self.direction_enu, self.length_m)
 
     def after(self, flown_m: float) -> ScanLeg:
         """Return what is left of the leg once its first ``flown_m`` metres are flown."""
@@ -83,6 +99,21 @@ def scan_legs(
     axes = np.column_stack([along, line_axis(along)])
     spans_m = _strip_spans(vertices_m @ axes, leg_count(vertices_m, along, swath_m))
     return _to_and_fro(spans_m, np.asarray(start_enu_m, dtype=np.float64) @ axes, axes)
+
+
+def in_passes(legs: Sequence[ScanLeg], passes: int) -> tuple[ScanLeg, ...]:
+    """Return legs flown several times: every other time from the last one's end back to the first one's start.
+
+    Passes lie beside each other, so that each sees through other gaps than the one before.
+
+    Args:
+        legs: legs in the order in which they are flown first.
+        passes: number of times.
+    """
+    back = [leg.reversed for leg in reversed(legs)]
+    return tuple(
+        leg.beside(number * PASSES_APART_M) for number in range(passes) for leg in (back if number % 2 else legs)
+    )
 
 
 def leg_count(area_enu_m: Sequence[Sequence[float]] | FloatArray, direction_enu: FloatArray, swath_m: float) -> int:

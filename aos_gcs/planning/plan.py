@@ -68,6 +68,8 @@ class MissionPlan:
     """Distance of neighbouring vehicles along the legs; None: that of the strategy."""
     leg_spacing_m: float | None = None
     """Greatest distance of neighbouring legs; None: as wide as the swarm's line sees."""
+    passes: int = 1
+    """Number of times that all legs are flown, to and fro."""
     min_battery_fraction: float = UNLIMITED.min_battery_fraction
     """Battery fraction at which a vehicle flies home."""
     endurance_s: float = 1500.0
@@ -181,6 +183,7 @@ def apply_plan(settings: MissionSettings, plan: MissionPlan) -> MissionSettings:
             pod=plan.pod,
             line_spacing_m=plan.line_spacing_m,
             leg_spacing_m=plan.leg_spacing_m,
+            passes=plan.passes,
         ),
         imaging=replace(settings.imaging, rate_hz=plan.rate_hz),
         deadlines=replace(settings.deadlines, search_s=plan.search_s),
@@ -217,6 +220,7 @@ def plan_of(settings: MissionSettings) -> MissionPlan:
         pod=settings.search.pod,
         line_spacing_m=settings.search.line_spacing_m,
         leg_spacing_m=settings.search.leg_spacing_m,
+        passes=settings.search.passes,
         min_battery_fraction=limits.min_battery_fraction,
         search_s=settings.deadlines.search_s,
         forest=settings.forest,

@@ -21,6 +21,7 @@ from aos_gcs.errors import ConfigurationError
 from aos_gcs.imaging.aperture import footprint_m
 from aos_gcs.planning.estimate import estimate_flights, planned_legs
 from aos_gcs.planning.expected_views import PLACES, predicted_detection, spread_places
+from aos_gcs.planning.legs import in_passes
 from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.planning.settings import SearchMode
 from aos_gcs.planning.viewed_ground import LEVEL_GROUND, ViewedGround
@@ -132,7 +133,7 @@ def _highest_rise_m(plan: MissionPlan, ground: ViewedGround) -> float:
 def _at_greatest_speed(
     plan: MissionPlan, plane_height_m: float, pod: float, fastest_mps: float, ground: ViewedGround
 ) -> SearchPattern | None:
-    legs = planned_legs(plan, plane_height_m)
+    legs = in_passes(planned_legs(plan, plane_height_m), plan.passes)
 
     def detection(speed_mps: float) -> float:
         flown = replace(plan, search_speed_mps=speed_mps)

@@ -21,7 +21,9 @@ _SHORTEST_M = 5.0
 """Rest of the last leg that is not worth another flight."""
 
 
-def remaining_area(area_enu_m: Polygon, legs: Sequence[ScanLeg], leg: int, along_m: float) -> Polygon | None:
+def remaining_area(
+    area_enu_m: Polygon, legs: Sequence[ScanLeg], leg: int, along_m: float, passes: int = 1
+) -> Polygon | None:
     """Return the part of an area that the legs not yet flown cover; None if nothing is left of it.
 
     A leg that was begun is flown again as a whole, but for the last one. Where what is left cannot be told as one
@@ -30,11 +32,14 @@ def remaining_area(area_enu_m: Polygon, legs: Sequence[ScanLeg], leg: int, along
 
     Args:
         area_enu_m: search area.
-        legs: legs of the whole area, in the order in which they are flown; none before they are planned.
+        legs: legs of all passes, in the order in which they are flown; none before they are planned.
         leg: index of the first leg not flown to its end.
         along_m: distance flown on it.
+        passes: number of passes; before the last one the whole area is left.
     """
-    if not legs or (leg == 0 and len(legs) > 1):
+    before_last = len(legs) // passes * (passes - 1)
+    legs, leg = legs[before_last:], leg - before_last
+    if not legs or leg < 0 or (leg == 0 and len(legs) > 1):
         return area_enu_m
     if leg >= len(legs):
         return None

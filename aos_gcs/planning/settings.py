@@ -88,6 +88,10 @@ class SearchMode(StrEnum):
     """It stops for each frame, as it always does where something is in view."""
 
 
+MAX_PASSES: Final = 3
+"""Greatest number of times that the legs are flown."""
+
+
 @dataclass(frozen=True, slots=True)
 class SearchSettings:
     """Settings of the search.
@@ -104,6 +108,8 @@ class SearchSettings:
     """Distance of neighbouring vehicles along the legs; None: that of the strategy, c4."""
     leg_spacing_m: float | None = None
     """Greatest distance of neighbouring legs; None: as wide as the swarm's line sees."""
+    passes: int = 1
+    """Number of times that all legs are flown, to and fro."""
     prior: str | None = None
     """GeoTIFF or GeoJSON file that says where the person is likely to be; None: all places are as likely."""
     segments: str | None = None
@@ -112,6 +118,8 @@ class SearchSettings:
     def __post_init__(self) -> None:
         if self.pod is not None and not LEAST_POD <= self.pod <= GREATEST_POD:
             raise ConfigurationError(f"pod must lie within {LEAST_POD:g} and {GREATEST_POD:g}, but is {self.pod}.")
+        if not 1 <= self.passes <= MAX_PASSES:
+            raise ConfigurationError(f"passes must lie within 1 and {MAX_PASSES}, but is {self.passes}.")
         for name in ("line_spacing_m", "leg_spacing_m"):
             value = getattr(self, name)
             if value is not None and not (math.isfinite(value) and 0.0 < value <= MAX_LINE_SPACING_M):

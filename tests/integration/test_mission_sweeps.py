@@ -87,6 +87,20 @@ async def test_on_its_legs_the_line_is_as_wide_and_the_legs_as_close_as_planned(
 
 
 @virtual
+async def test_the_second_pass_flies_the_legs_back_beside_the_first() -> None:
+    search = SearchSettings(SearchMode.CONTINUOUS, leg_spacing_m=22.0, passes=2)
+    area = ((-20.0, 10.0), (20.0, 10.0), (20.0, 30.0), (-20.0, 30.0))
+    flight = prepare(2, None, area_enu_m=area, camera_delay_s=CAMERA_S, errors=EXACT, search=search)
+    async with flying(flight) as run:
+        assert await run is Outcome.NOT_FOUND
+    legs = flight.mission.sortie.search.decider.progress.legs
+    assert [leg.start_enu_m[0] for leg in legs] == pytest.approx([-10.0, 10.0, 12.0, -12.0], abs=2.1)
+    assert legs[2].direction_enu == pytest.approx((-legs[1].direction_enu[0], -legs[1].direction_enu[1]))
+    assert "Scan complete: the whole area was scanned, nothing was found" in flight.texts()
+    assert flight.smallest_m >= UNLIMITED.separation_m
+
+
+@virtual
 async def test_what_is_in_view_stops_the_line_and_the_leg_goes_on_where_it_was_left() -> None:
     flight = sweep_flight((3.0, 50.0), detection=GOES_ON)
     async with flying(flight) as run:

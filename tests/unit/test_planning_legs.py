@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from aos_gcs.airspace.polygon import as_polygon, contains, signed_area_m2, signed_depth_m
 from aos_gcs.airspace.separation import point_segment_distance
 from aos_gcs.errors import ConfigurationError
-from aos_gcs.planning.legs import ScanLeg, leg_formation, scan_legs
+from aos_gcs.planning.legs import PASSES_APART_M, ScanLeg, in_passes, leg_formation, scan_legs
 from aos_gcs.planning.proposal import altitude_layers, propose_fence
 
 FloatArray = NDArray[np.float64]
@@ -35,6 +35,18 @@ def test_two_legs_to_and_fro_from_the_corner_next_to_the_start() -> None:
     assert (first.start_enu_m, first.length_m) == (pytest.approx((75.0, 0.0)), pytest.approx(100.0))
     assert first.direction_enu == pytest.approx((0.0, 1.0))
     assert (second.start_enu_m, second.end_enu_m) == (pytest.approx((25.0, 100.0)), pytest.approx((25.0, 0.0)))
+
+
+def test_the_second_pass_flies_back_beside_the_first_and_the_third_there_again() -> None:
+    legs = legs_of(SQUARE, np.array([90.0, -20.0]))
+    assert in_passes(legs, 1) == legs
+    flown = in_passes(legs, 3)
+    starts_m = [leg.start_enu_m for leg in flown]
+    assert starts_m[2] == pytest.approx((25.0 + PASSES_APART_M, 0.0)), "where the first pass has ended"
+    assert flown[3].end_enu_m == pytest.approx((75.0 - PASSES_APART_M, 0.0))
+    assert starts_m[4] == pytest.approx((75.0 + 2.0 * PASSES_APART_M, 0.0))
+    assert [leg.direction_enu[1] for leg in flown] == pytest.approx([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
+    assert len({round(leg.start_enu_m[0], 3) for leg in flown}) == 6, "no track twice"
 
 
 def test_the_direction_is_an_axis_and_the_start_decides_the_direction() -> None:

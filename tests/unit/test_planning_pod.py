@@ -82,6 +82,16 @@ def test_the_proposed_search_reaches_what_is_wanted_faster_than_the_line_of_clos
     assert narrow.flight_s > planned.flight_s
 
 
+def test_two_passes_reach_what_is_wanted_at_a_greater_speed() -> None:
+    lone = replace(PLAN, vehicles=1)
+    one, two = propose_pattern(lone, 0.0), propose_pattern(replace(lone, passes=2), 0.0)
+    assert one is not None
+    assert two is not None
+    assert two.search_speed_mps > 1.5 * one.search_speed_mps
+    assert two.flight_s < 1.3 * one.flight_s
+    assert len(estimate_plan(two.applied_to(replace(lone, passes=2)), 0.0).legs) == two.legs
+
+
 def test_where_one_pass_does_not_suffice_legs_overlap() -> None:
     dense = replace(PLAN, vehicles=1, forest=replace(FOREST, occlusion=0.97), pod=0.8)
     pattern = propose_pattern(dense, 0.0)
@@ -121,6 +131,7 @@ def test_what_is_proposed_is_not_proposed_again_once_taken() -> None:
         ({"pod": 1.0}, "pod", "between 5% and 99%", True),
         ({"line_spacing_m": 0.0}, "line_spacing_m", "above 0", True),
         ({"leg_spacing_m": 2000.0}, "leg_spacing_m", "1000 or less", True),
+        ({"passes": 4}, "passes", "1 to 3 times", True),
     ],
 )
 def test_plans_that_miss_what_is_wanted_are_told(
@@ -138,6 +149,7 @@ def test_plans_that_miss_what_is_wanted_are_told(
         ({"pod": 1.5}, "pod must lie"),
         ({"line_spacing_m": -1.0}, "line_spacing_m must"),
         ({"leg_spacing_m": 0.0}, "leg"),
+        ({"passes": 0}, "passes must lie"),
     ],
 )
 def test_settings_of_a_search_out_of_range_are_refused(values: dict[str, float], words: str) -> None:
@@ -146,10 +158,11 @@ def test_settings_of_a_search_out_of_range_are_refused(values: dict[str, float],
 
 
 def test_the_spacings_go_from_the_plan_to_the_settings_and_back() -> None:
-    plan = replace(PLAN, line_spacing_m=12.0, leg_spacing_m=36.0)
+    plan = replace(PLAN, line_spacing_m=12.0, leg_spacing_m=36.0, passes=2)
     settings = apply_plan(SETTINGS, plan)
-    assert settings.search == SearchSettings(pod=0.9, line_spacing_m=12.0, leg_spacing_m=36.0)
+    assert settings.search == SearchSettings(pod=0.9, line_spacing_m=12.0, leg_spacing_m=36.0, passes=2)
     assert plan_of(settings).leg_spacing_m == 36.0
+    assert plan_of(settings).passes == 2
     assert len(planned_legs(plan, 0.0)) == 4
     assert line_of(plan, 0.0).aside_m.tolist() == [-12.0, 0.0, 12.0]
 

@@ -10,7 +10,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from aos_gcs.airspace.polygon import Polygon, contains, signed_area_m2
-from aos_gcs.planning.legs import ScanLeg, scan_legs
+from aos_gcs.planning.legs import ScanLeg, in_passes, scan_legs
 from aos_gcs.planning.remaining import remaining_area
 
 AREA: Polygon = ((0.0, 0.0), (90.0, 0.0), (90.0, 60.0), (0.0, 60.0))
@@ -32,6 +32,13 @@ def test_strips_of_flown_legs_are_left_out() -> None:
     assert remaining_area(AREA, legs, 1, 30.0) == ((30.0, 0.0), (90.0, 0.0), (90.0, 60.0), (30.0, 60.0))
     assert size_m2(remaining_area(AREA, legs, 2, 0.0)) == pytest.approx(30.0 * 60.0)
     assert remaining_area(AREA, legs, 3, 0.0) is None
+
+
+def test_the_whole_area_is_left_until_its_last_pass() -> None:
+    legs = in_passes(legs_over(AREA), 2)
+    assert [remaining_area(AREA, legs, leg, 30.0, 2) for leg in (1, 2, 3)] == [AREA] * 3
+    assert size_m2(remaining_area(AREA, legs, 4, 0.0, 2)) == pytest.approx(60.0 * 60.0, rel=0.05)
+    assert remaining_area(AREA, legs, 6, 0.0, 2) is None
 
 
 def test_the_last_leg_goes_on_where_it_was_left() -> None:

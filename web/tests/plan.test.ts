@@ -25,6 +25,7 @@ const PLAN: Plan = {
   scan_heading_deg: 0,
   camera_fov_deg: 50,
   lowest_layer_m: 35,
+  passes: 1,
   layer_spacing_m: 3,
   strategy: "aos-apso",
   strategy_parameters: {},

@@ -87,6 +87,7 @@ class PlanModel(_FiniteModel):
     leg_spacing_m: Annotated[float, Field(gt=0.0)] | None = Field(
         default=None, description="Greatest distance of neighbouring legs; null: as wide as the swarm's line sees."
     )
+    passes: Annotated[int, Field(ge=1)] = Field(default=1, description="Times that all legs are flown, to and fro.")
     battery_reserve_percent: Annotated[float, Field(ge=0.0, lt=90.0)] = 20.0
     endurance_min: Annotated[float, Field(gt=0.0)] = Field(default=25.0, description="Flight time of a full battery.")
     search_min: Annotated[float, Field(gt=0.0)] = Field(

@@ -29,6 +29,8 @@ class Method(StrEnum):
 
     PLANNED = "planned"
     """Line and legs planned for the wanted probability of detection, in flight; all views count together."""
+    TWICE = "twice"
+    """The same with two passes over all legs, at a greater speed."""
     PRIOR = "prior"
     """The planned flight with its legs in the order of the prior by which persons are drawn."""
     LINE = "line"

@@ -27,7 +27,7 @@ from aos_gcs.planning.estimate import (
 )
 from aos_gcs.planning.expected_views import LineOfCameras, line_of
 from aos_gcs.planning.leg_order import chances_of, order_legs
-from aos_gcs.planning.legs import ScanLeg
+from aos_gcs.planning.legs import ScanLeg, in_passes
 from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.planning.pod_proposal import propose_pattern
 from aos_gcs.planning.settings import SearchMode
@@ -57,7 +57,9 @@ class SearchFlight:
 
 def flown_plan(plan: MissionPlan, method: Method) -> MissionPlan | None:
     """Return the plan of a method that flies along legs; None where no plan reaches what is wanted."""
-    if method in {Method.PLANNED, Method.PRIOR}:
+    if method is Method.TWICE:
+        plan = replace(plan, passes=2)
+    if method in {Method.PLANNED, Method.PRIOR, Method.TWICE}:
         pattern = propose_pattern(plan, 0.0)
         return None if pattern is None else pattern.applied_to(plan)
     if method is Method.STOPS:
@@ -93,6 +95,8 @@ def fly_legs(plan: MissionPlan, number: int = 0, prior: AreaPrior | None = None)
     launch_m = plan.launch_enu_m or (0.0, 0.0)
     if prior is not None:
         legs = order_legs(legs, plan, chances_of(plan, 0.0, prior), launch_m)
+    else:
+        legs = in_passes(legs, plan.passes)
     between_m = [math.dist(one.end_enu_m, after.start_enu_m) for one, after in pairwise(legs)]
     ways_m = [math.dist(launch_m, legs[0].start_enu_m), *between_m]
     now_s, times_s, cameras_m = plan.highest_layer_m / CLIMB_MPS, [], []

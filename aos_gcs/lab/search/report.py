@@ -18,7 +18,7 @@ BEGIN_MARK = "<!-- Written by aos-gcs lab search; do not edit below -->"
 _TITLE = "# Whole searches"
 _BINS = 10
 """Bins of predicted probability in which predictions are compared with what was noticed."""
-_TOGETHER = frozenset({Method.PLANNED, Method.PRIOR, Method.LINE, Method.CHOSEN, Method.CHOSEN_LEGS, Method.SINGLE})
+_TOGETHER = frozenset(Method) - {Method.STOPS, Method.LAWNMOWER}
 """Methods in flight whose views count together: those for which the map predicts."""
 
 

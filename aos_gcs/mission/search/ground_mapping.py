@@ -29,7 +29,7 @@ from aos_gcs.mission.search.gallery import Gallery
 from aos_gcs.mission.search.known_prior import KnownPrior
 from aos_gcs.planning.gaps import GapLegs, legs_for_gaps
 from aos_gcs.planning.leg_order import chances_of, order_legs, ordered_on_map
-from aos_gcs.planning.legs import ScanLeg
+from aos_gcs.planning.legs import ScanLeg, in_passes
 from aos_gcs.planning.plan import MissionPlan, plan_of
 from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.planning.viewed_ground import viewed_ground
@@ -124,18 +124,18 @@ class GroundMapping:
     async def order_legs(
         self, plan: MissionPlan, legs: Sequence[ScanLeg], from_m: tuple[float, float]
     ) -> tuple[ScanLeg, ...]:
-        """Return legs in the order in which the person is likely to be noticed soonest.
+        """Return legs, in all passes, in the order in which the person is likely to be noticed soonest.
 
         Where that cannot be found out, they stay as they are, and operators are told.
 
         Args:
             plan: plan of the mission, with the vehicles that fly.
-            legs: legs to and fro.
+            legs: legs of one pass to and fro.
             from_m: place that the swarm comes from.
         """
         frame, height_m = self._roster.frame, self._settings().imaging.plane_height_m
         if frame is None:
-            return tuple(legs)
+            return in_passes(legs, plan.passes)
         try:
             area = await self._area(frame.origin)
             if self._place is None:
@@ -150,7 +150,7 @@ class GroundMapping:
             if not isinstance(error, AosError):
                 _log.exception("a defect of the order of legs")
             self._report(f"The legs are flown to and fro, not in the order of their chances: {error}")
-            return tuple(legs)
+            return in_passes(legs, plan.passes)
 
     async def find_gaps(self, plan: MissionPlan, from_m: tuple[float, float], within_s: float) -> GapLegs | None:
         """Return the stretches whose views gain most until the plan's wanted probability of detection is reached.

@@ -2317,6 +2317,12 @@ export interface components {
        */
       no_go: components["schemas"]["PlaceModel"][][];
       /**
+       * Passes
+       * @description Times that all legs are flown, to and fro.
+       * @default 1
+       */
+      passes: number;
+      /**
        * Pod Percent
        * @description Wanted probability of detection of a standing person, a mean over the area; null: none is wanted.
        */

@@ -38,6 +38,7 @@ export const plan = {
     pod_percent: "Wanted probability of detection",
     line_spacing_m: "Vehicle spacing on legs",
     leg_spacing_m: "Leg spacing",
+    passes: "Passes over all legs",
     battery_reserve_percent: "Battery reserve",
     endurance_min: "Endurance",
     search_min: "Maximum flight time",

@@ -42,6 +42,7 @@ export const plan: Texts["plan"] = {
     pod_percent: "Gewünschte Entdeckungswahrscheinlichkeit",
     line_spacing_m: "Abstand der Drohnen auf den Bahnen",
     leg_spacing_m: "Abstand der Bahnen",
+    passes: "Durchgänge über alle Bahnen",
     battery_reserve_percent: "Akkureserve",
     endurance_min: "Flugdauer",
     search_min: "Längste Flugzeit",

@@ -31,6 +31,7 @@ export const SWEEP: readonly [NumberName, NumberRule][] = [
   ["pod_percent", { unit: "%", decimals: 0, step: 5, min: 5, max: 99, isOptional: true }],
   ["line_spacing_m", { unit: "m", decimals: 1, step: 0.5, min: 0.1, isOptional: true }],
   ["leg_spacing_m", { unit: "m", decimals: 1, step: 1, min: 0.1, isOptional: true }],
+  ["passes", { unit: "", decimals: 0, step: 1, min: 1, max: 3 }],
   ["rate_hz", { unit: "Hz", decimals: 1, step: 0.5, min: 0.1, max: 10 }],
 ];
 

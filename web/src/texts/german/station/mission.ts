@@ -74,6 +74,10 @@ export const mission: readonly StationText[] = [
     "The whole area is proposed: no leg of it was flown to its end.",
     "Vorgeschlagen ist das ganze Gebiet: Keine Bahn wurde zu Ende geflogen.",
   ],
+  [
+    "The whole area is proposed: no leg of its last pass was flown to its end.",
+    "Vorgeschlagen ist das ganze Gebiet: Im letzten Durchgang wurde keine Bahn zu Ende geflogen.",
+  ],
   // Links.
   [
     "link lost for {age} s: its own failsafe flies it now. Check its link{cause}",
