@@ -115,6 +115,8 @@ class VehicleState:
     position: GeodeticPosition | None = None
     position_at_s: float | None = None
     """Time at which ``position`` was sent, where the vehicle's clock tells, or else arrived."""
+    position_jumps_m: tuple[float, float] = (0.0, 0.0)
+    """Sum, east and north, of what the position has jumped by where the velocity does not explain it."""
     height_above_home_m: AboveHomeM | None = None
     velocity_enu_mps: tuple[float, float, float] | None = None
     heading_rad: float | None = None

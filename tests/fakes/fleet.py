@@ -85,8 +85,7 @@ class FakeVehicle:
     goal_enu_m: NDArray[np.float64] = field(init=False)
     started_s: float = 0.0
     speed_mps: float = 10.0
-    heading_rad: float = 0.0
-    """Turns at once, to north or south."""
+    heading_rad: float = 0.0  # it turns at once, to north or south
     turns: bool = True
     errors: FakeErrors = field(default_factory=partial(FakeErrors, 0))
     gps_fix: int = 6
@@ -187,6 +186,7 @@ class FakeVehicle:
             ready_to_arm=True,
             position=FRAME.to_geodetic(position_enu_m + np.array([0.0, self.reported_north_m, 0.0])),
             position_at_s=heard_at_s,
+            position_jumps_m=(0.0, self.reported_north_m),
             height_above_home_m=up_m - home_up_m,
             velocity_enu_mps=(east_m * share, north_m * share, rise_m * share),
             heading_rad=self.heading_rad,

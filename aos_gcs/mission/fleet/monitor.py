@@ -66,7 +66,7 @@ class Monitor:
         self._wrong_altitudes: dict[int, str] = {}
         """Reason to leave by vehicle, for those that are or may be at another height than reported."""
         self._condition = ConditionWatch(context.roster, context.clock, context.journal)
-        self._jumps = JumpWatch(context.roster, context.clock, context.journal)
+        self._jumps = JumpWatch(context.clock, context.journal)
         self._catching_up = CatchingUp()
         self._all_lost_since_s: float | None = None
         self._stopped_at_s: dict[int, float] = {}

@@ -332,6 +332,7 @@ class VehicleRecord:
             ready_to_arm=self.autopilot.is_ready(telemetry, now_s),
             position=telemetry.position,
             position_at_s=telemetry.position_at_s,
+            position_jumps_m=telemetry.jumps.total_m,
             height_above_home_m=telemetry.height_above_home_m,
             velocity_enu_mps=telemetry.velocity_enu_mps,
             heading_rad=telemetry.heading_rad,

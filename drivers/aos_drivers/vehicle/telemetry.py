@@ -11,6 +11,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.vehicle.confirmation import Confirmation, JumpFilter
 from aos_drivers.vehicle.frozen import FrozenPosition
+from aos_drivers.vehicle.jumps import PositionJumps
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.geometry.heights import AboveHomeM, AmslM, amsl_above_home_m
 from aos_gcs.ports import FlightMode, LandedState
@@ -57,6 +58,7 @@ class Telemetry:
         self.position_at_s: float | None = None
         self.position_boot_ms = 0
         """The vehicle's time since boot of ``position``."""
+        self.jumps = PositionJumps()
         self.velocity_enu_mps: tuple[float, float, float] | None = None
         self.heading_rad: float | None = None
         self.home: GeodeticPosition | None = None
@@ -116,7 +118,7 @@ class Telemetry:
         telemetry = Telemetry()
         telemetry.mode, telemetry.mode_name, telemetry.armed = self.mode, self.mode_name, self.armed
         telemetry.position, telemetry.position_at_s = self.position, self.position_at_s
-        telemetry.velocity_enu_mps = self.velocity_enu_mps
+        telemetry.velocity_enu_mps, telemetry.jumps = self.velocity_enu_mps, self.jumps
         return telemetry
 
     @property
@@ -197,6 +199,8 @@ def _take_global_position(
     if not telemetry.take_position(position, now_s, velocity_enu_mps, message.time_boot_ms):
         return
     telemetry.position_boot_ms = message.time_boot_ms
+    if position is not None:
+        telemetry.jumps.take(position, velocity_enu_mps, message.time_boot_ms)
     if message.hdg != _UNKNOWN_UINT16:
         telemetry.heading_rad = math.radians(message.hdg / 100 % 360.0)
     telemetry.relative_altitude_m = AboveHomeM(message.relative_alt / 1000)
