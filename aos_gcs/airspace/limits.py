@@ -90,7 +90,11 @@ class SafetyLimits:
     def boundaries(self) -> tuple[Boundary, ...]:
         """Return what no segment may cross: the geofence, and every no-go zone."""
         no_go_margin_m = self.margin_m if self.no_go_margin_m is None else self.no_go_margin_m
-        return _boundaries(self.fence_enu_m, self.margin_m, self.no_go_enu_m, no_go_margin_m)
+        asked = self.fence_enu_m, self.margin_m, self.no_go_enu_m, no_go_margin_m
+        try:
+            return _boundaries(*asked)
+        except TypeError:  # lists and arrays have no hash to keep boundaries by
+            return _boundaries.__wrapped__(*asked)
 
 
 @lru_cache(maxsize=64)

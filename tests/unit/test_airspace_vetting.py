@@ -27,6 +27,13 @@ def test_an_admissible_waypoint_is_sent_as_it_is() -> None:
     assert record == WaypointRecord(4, (3.0, 4.0, 35.5), (3.0, 4.0, 35.5), WaypointVerdict.SENT, "")
 
 
+def test_fences_may_be_lists_and_arrays() -> None:
+    vertices_m = [[0.0, 0.0], [9.0, 0.0], [9.0, 9.0]]
+    for fence_enu_m in (vertices_m, np.array(vertices_m)):
+        (fence,) = replace(LIMITS, fence_enu_m=fence_enu_m).boundaries()
+        np.testing.assert_array_equal(fence.vertices_m, vertices_m)
+
+
 def test_limits_that_differ_in_a_margin_have_boundaries_of_their_own_and_nobody_changes_them() -> None:
     zoned = replace(LIMITS, no_go_enu_m=(((10.0, 0.0), (20.0, 0.0), (20.0, 9.0)),))
     fence, zone = zoned.boundaries()
