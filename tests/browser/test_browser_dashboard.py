@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import re
 
 import pytest
@@ -224,6 +225,27 @@ async def test_observers_see_the_same_and_cannot_command_until_they_sign_in(page
     await page.reload()
     await expect(page.get_by_test_id("hold-all")).to_be_visible()
     assert page_record.errors == []
+
+
+async def test_a_sign_in_is_sent_although_the_role_arrives_while_its_button_is_pressed(page, guarded_service) -> None:
+    role_asked, may_answer = asyncio.Event(), asyncio.Event()
+
+    async def answer_late(route: Route) -> None:
+        if route.request.method == "GET":
+            role_asked.set()
+            await may_answer.wait()
+        await route.continue_()
+
+    await page.route("**/api/session", answer_late)
+    await page.goto(f"{guarded_service.url}#code={OPERATOR_CODE}")
+    await page.get_by_test_id("sign-in-name").fill("Ada")
+    await page.get_by_test_id("sign-in-ok").hover()
+    await role_asked.wait()
+    await page.mouse.down()
+    may_answer.set()
+    await expect(page.get_by_test_id("observer")).to_be_attached()
+    await page.mouse.up()
+    await expect(page.get_by_test_id("operator")).to_have_text("Ada")
 
 
 async def test_an_operator_can_command_although_answers_of_the_station_are_lost(page, guarded_service) -> None:
