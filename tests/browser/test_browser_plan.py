@@ -92,11 +92,16 @@ async def test_a_no_go_zone_is_drawn_and_refused_beside_it_while_it_crosses_itse
     page = map_page
     await open_plan(page, planned_service)
     await page.get_by_test_id("add-no-go").click()
+    canvas = page.locator(".map-canvas canvas")
+    await expect(canvas).to_have_css("cursor", "crosshair")
+    await expect(page.get_by_test_id("plan-blocked")).to_be_visible()
+    place_without_profile = await canvas.bounding_box()
     for number, corner_px in enumerate(CORNERS_PX, 1):
         await page.mouse.click(*await on_map(page, corner_px))
         await expect(page.get_by_test_id("shape-no_go[0]")).to_contain_text(f"{number} corner")
     await page.get_by_test_id("draw").click()
     await expect(page.get_by_test_id("plan-apply")).to_be_enabled()
+    assert await canvas.bounding_box() == place_without_profile, "the map stays where it is while somebody draws"
 
     await page.mouse.move(*await on_map(page, CORNERS_PX[0]))
     await page.mouse.down()
