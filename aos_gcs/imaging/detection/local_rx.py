@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.imaging.model import Pixels
 from aos_gcs.imaging.native import kernels
+from aos_gcs.imaging.scratch import borrow, give_back
 
 GUARD_PX = 33
 """Edge of the inner window: a lying person of 1.8 m seen from 30 m at 512 pixels and 50 degrees, and some more."""
@@ -56,15 +57,53 @@ def local_rx_scores(
     if not (guard_px % 2 == background_px % 2 == 1 and 0 < guard_px < background_px):
         raise ValueError(f"windows must be odd, the outer one larger: got {guard_px} in {background_px}")
     finite = _finite(image)
-    bands = _standardised(image, finite)
-    scores: NDArray[np.float32] = np.zeros(image.shape[:2], dtype=np.float32)
-    if not bands:
+    planes = borrow(image.shape[2], *image.shape[:2])
+    scores = _scores_of_bands(_standardised(image, finite, planes), finite, (guard_px, background_px), loading)
+    give_back(planes)
+    return scores
+
+
+def local_warm_scores(
+    thermal: Pixels, guard_px: int = GUARD_PX, background_px: int = BACKGROUND_PX
+) -> NDArray[np.float32]:
+    """Return the scores of :func:`local_rx_scores` where a band is warmer than its surroundings, elsewhere 0.
+
+    Args:
+        thermal: one band, shape (H, W), any real type; what is not finite takes no part.
+        guard_px: see :func:`local_rx_scores`.
+        background_px: the same.
+
+    Returns:
+        Scores, shape (H, W); NaN as there.
+    """
+    plane = np.ascontiguousarray(thermal, dtype=np.float32)
+    scores = local_rx_scores(plane[:, :, np.newaxis], guard_px, background_px)
+    finite = np.isfinite(plane)
+    if not finite.all():
+        plane = np.where(finite, plane, plane[finite].mean(dtype=np.float64) if finite.any() else 0.0)
+    scores[plane < cv2.blur(plane.astype(np.float32, copy=False), (background_px, background_px))] = 0.0
+    return scores
+
+
+def _scores_of_bands(
+    bands: NDArray[np.float32], finite: NDArray[np.bool_] | None, windows_px: tuple[int, int], loading: float
+) -> NDArray[np.float32]:
+    """Return the scores of :func:`local_rx_scores`.
+
+    Args:
+        bands: standardised channels, shape (C, H, W), 0 where they are not finite.
+        finite: pixels that are finite, shape (H, W); None: all of them.
+        windows_px: edges of the inner and the outer window.
+        loading: see :func:`local_rx_scores`.
+    """
+    scores: NDArray[np.float32] = np.zeros(bands.shape[1:], dtype=np.float32)
+    if not len(bands):
         return scores if finite is None else np.where(finite, scores, np.float32(np.nan))
     least = MIN_SAMPLES_PER_BAND * len(bands)
-    compiled = kernels.local_scores(bands, finite, (guard_px, background_px), loading, least)
+    compiled = kernels.local_scores(bands, finite, windows_px, loading, least)
     if compiled is not None:
         return compiled
-
+    guard_px, background_px = windows_px
     inner = np.empty_like(scores)
 
     def background_sum(plane: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -92,28 +131,6 @@ def local_rx_scores(
             loading,
         )
     scores[~enough] = np.nan
-    return scores
-
-
-def local_warm_scores(
-    thermal: Pixels, guard_px: int = GUARD_PX, background_px: int = BACKGROUND_PX
-) -> NDArray[np.float32]:
-    """Return the scores of :func:`local_rx_scores` where a band is warmer than its surroundings, elsewhere 0.
-
-    Args:
-        thermal: one band, shape (H, W), any real type; what is not finite takes no part.
-        guard_px: see :func:`local_rx_scores`.
-        background_px: the same.
-
-    Returns:
-        Scores, shape (H, W); NaN as there.
-    """
-    plane = np.ascontiguousarray(thermal, dtype=np.float32)
-    scores = local_rx_scores(plane[:, :, np.newaxis], guard_px, background_px)
-    finite = np.isfinite(plane)
-    if not finite.all():
-        plane = np.where(finite, plane, plane[finite].mean(dtype=np.float64) if finite.any() else 0.0)
-    scores[plane < cv2.blur(plane.astype(np.float32, copy=False), (background_px, background_px))] = 0.0
     return scores
 
 
@@ -169,21 +186,34 @@ def _finite(image: Pixels) -> NDArray[np.bool_] | None:
     return np.asarray(np.isfinite(image).all(axis=2))
 
 
-def _standardised(image: Pixels, finite: NDArray[np.bool_] | None) -> list[NDArray[np.float32]]:
-    """Return the channels that vary, with mean 0 and variance 1; 0 where the image is not finite."""
-    bands = []
-    for channel in range(image.shape[2]):
-        plane = np.ascontiguousarray(image[:, :, channel], dtype=np.float32)
-        known = None if finite is None else finite.view(np.uint8)
-        mean, deviation = (float(value[0, 0]) for value in cv2.meanStdDev(plane, mask=known))
+def _standardised(image: Pixels, finite: NDArray[np.bool_] | None, planes: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the channels that vary, shape (C, H, W), with mean 0 and variance 1; 0 where the image is not finite.
+
+    Args:
+        image: shape (H, W, C).
+        finite: pixels that are finite, shape (H, W); None: all of them.
+        planes: memory of the result, with room for all channels.
+    """
+    known = None if finite is None else finite.view(np.uint8)
+    # Bytes are taken apart in a quarter of the memory.
+    in_bytes = image.dtype == np.uint8 and image.flags.c_contiguous
+    channels = cv2.split(image) if in_bytes else np.moveaxis(image, 2, 0)
+    varying = 0
+    for channel in channels:
+        band = planes[varying]
+        values = channel
+        if not in_bytes:
+            np.copyto(band, channel, casting="same_kind")
+            values = band
+        mean, deviation = (float(value[0, 0]) for value in cv2.meanStdDev(values, mask=known))
         # Rounding alone makes the deviation of a constant channel differ from 0.
         if deviation > 1e-6 * max(1.0, abs(mean)):
-            band = np.subtract(plane, np.float32(mean))
+            np.subtract(values, np.float32(mean), out=band, dtype=np.float32)
             band /= np.float32(deviation)
             if finite is not None:
                 band[~finite] = 0.0
-            bands.append(band)
-    return bands
+            varying += 1
+    return planes[:varying]
 
 
 def _box_sum(plane: NDArray[np.float32], edge_px: int, out: NDArray[np.float32] | None = None) -> NDArray[np.float32]:

@@ -170,7 +170,7 @@ def distances(image: Pixels, mean: NDArray[np.float64], whitening: NDArray[np.fl
 
 
 def local_scores(
-    bands: Sequence[NDArray[np.float32]],
+    bands: NDArray[np.float32],
     finite: NDArray[np.bool_] | None,
     windows_px: tuple[int, int],
     loading: float,
@@ -179,7 +179,7 @@ def local_scores(
     """Return the scores of pixels against their surroundings, shape (H, W); None where there is no kernel for them.
 
     Args:
-        bands: standardised channels, shape (H, W), 0 where they are not finite.
+        bands: standardised channels, shape (C, H, W), contiguous, 0 where they are not finite.
         finite: pixels that are finite, shape (H, W); None: all of them.
         windows_px: edges of the inner and the outer window, odd.
         loading: addition to the variances.
@@ -188,11 +188,10 @@ def local_scores(
     compiled = library.loaded()
     if compiled is None or not 0 < len(bands) <= MOST_BANDS:
         return None
-    planes = np.stack(bands)
     known = None if finite is None else finite.astype(np.float32)
-    scores = np.empty(planes.shape[1:], dtype=np.float32)
+    scores = np.empty(bands.shape[1:], dtype=np.float32)
     failed = compiled.aos_local_scores(
-        planes.ctypes.data,
+        bands.ctypes.data,
         None if known is None else known.ctypes.data,
         *scores.shape,
         len(bands),
