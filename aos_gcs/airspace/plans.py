@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.airspace.detours import Detours
+from aos_gcs.airspace.evasion import evasions
 from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.airspace.reference_surface import LEVEL, ReferenceSurface
 from aos_gcs.airspace.terrain import GroundRaster
@@ -51,7 +52,8 @@ def vet_plan(
     """Check planned waypoints, shape (3,) each, against the limits, each other and all other airborne vehicles.
 
     Where a boundary blocks the straight path and there is a path around it, the next corner of that is granted; where
-    the straight path would leave the layer of its waypoint, the first piece of it.
+    the straight path would leave the layer of its waypoint, the first piece of it. A vehicle that would stay below one
+    with a pilot is sent out of the column there instead.
 
     Args:
         planned_enu_m: waypoint by vehicle id, for each vehicle of the situation that may be sent, or has left.
@@ -62,6 +64,16 @@ def vet_plan(
     """
     moving, cut = _first_legs(detours, situation.movable, planned_enu_m, surface)
     vetted = vet_waypoints(moving, situation.obstacles, situation.limits, ground)
+    evading = evasions(moving, vetted, situation.obstacles, situation.limits.separation_m)
+    if evading:
+        moving = [
+            replace(one, requested_enu_m=evading.get(one.vehicle_id, (one.requested_enu_m,))[0]) for one in moving
+        ]
+        cut = {
+            **cut,
+            **{key: f"clear of vehicle {pilots_id}, which has a pilot" for key, (_, pilots_id) in evading.items()},
+        }
+        vetted = vet_waypoints(moving, situation.obstacles, situation.limits, ground)
     left = [_left(vehicle_id, planned_enu_m[vehicle_id], reason) for vehicle_id, reason in situation.left.items()]
     return (*(_as_planned(record, planned_enu_m[record.vehicle_id], cut) for record in vetted), *left)
 

@@ -75,6 +75,13 @@ class Obstacle:
     accuracy: Accuracy = EXACT
     stop_enu_m: FloatArray | None = None
     """Place where it would come to a stop if it were told to now, shape (3,): the segment to it is occupied, too."""
+    drift_m: float = 0.0
+    """Distance beside its segments that is occupied, too: a vehicle with a pilot does not stay where it is."""
+
+    @property
+    def reckoned(self) -> Accuracy:
+        """Accuracy of its position that paths of others reckon with, the drift included."""
+        return Accuracy(self.accuracy.horizontal_m + self.drift_m / CONFIDENCE, self.accuracy.vertical_m)
 
     def segments(self) -> FloatArray:
         """Return the segments on which the vehicle may be, shape (k, 2, 3)."""
@@ -103,7 +110,7 @@ class Obstacle:
             accuracy: accuracy of the other vehicle's position.
             separation_m: smallest true distance.
         """
-        segments, errors_m = self.segments(), joint_errors_m(accuracy, self.accuracy)
+        segments, errors_m = self.segments(), joint_errors_m(accuracy, self.reckoned)
         return all(
             segment_distance(
                 *(scale * end_m for end_m in (start_enu_m, end_enu_m, segments[:, 0], segments[:, 1]))
@@ -150,7 +157,7 @@ class Traffic:
         self._starts, self._ends = ends[:, 0].copy(), ends[:, 1].copy()
         self._separation_m = separation_m
         accuracies = {request.vehicle_id: request.accuracy for request in requests}
-        accuracies |= {obstacle.vehicle_id: obstacle.accuracy for obstacle in obstacles}
+        accuracies |= {obstacle.vehicle_id: obstacle.reckoned for obstacle in obstacles}
         rows = [(accuracies[each].horizontal_m, accuracies[each].vertical_m) for each in self._ids.tolist()]
         self._set_clearances(np.array(rows).reshape(-1, 2))
 

@@ -13,7 +13,6 @@ from aos_gcs.airspace.detours import Detours
 from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.airspace.plans import TrafficSituation, vet_plan
 from aos_gcs.airspace.reference_surface import LEVEL
-from aos_gcs.airspace.stopping import DECELERATION_MPS2
 from aos_gcs.airspace.terrain import GroundRaster
 from aos_gcs.airspace.traffic import Obstacle, WaypointRequest
 from aos_gcs.airspace.vetting import vet_waypoints
@@ -25,16 +24,16 @@ from aos_gcs.mission.fleet.motion import (
     hovers_at_waypoint,
     is_ours,
     must_stop,
-    speed_mps,
     why_left,
 )
+from aos_gcs.mission.fleet.obstacles import obstacle_of, stop_enu_m
 from aos_gcs.mission.fleet.roster import Member, Roster
 from aos_gcs.mission.handler_watch import sign_of_life
 from aos_gcs.mission.journal import Journal
 from aos_gcs.mission.model.actions import Refusal
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.planning.settings import Deadlines, FlightSettings
-from aos_gcs.ports import Clock, Command, FlightMode, Goto, Hold, Land, ReturnToLaunch, Severity, Takeoff
+from aos_gcs.ports import Clock, Command, Goto, Hold, Severity
 
 _POLL_S = 0.1
 _RETRY_S = 1.0
@@ -213,46 +212,21 @@ class FlightControl:
             battery_per_m=self._battery_per_m(member),
             accuracy=self.accuracy(member),
             waypoint_enu_m=destination_enu_m(member, self._settings),
-            stop_enu_m=self._stop_enu_m(member, position_enu_m),
+            stop_enu_m=stop_enu_m(member, position_enu_m, self._roster, self._settings),
         )
 
-    def _stop_enu_m(self, member: Member, position_enu_m: NDArray[np.float64]) -> NDArray[np.float64] | None:
-        """Return where a vehicle would come to a stop, shape (3,), with its motion since its last position; or None."""
-        if (present_mps := speed_mps(member)) <= self._settings.arrival_speed_mps:
-            return None
-        braking_s = (self._roster.position_age_s(member) or 0.0) + present_mps / (2.0 * DECELERATION_MPS2)
-        return position_enu_m + braking_s * np.array(member.state.velocity_enu_mps)
-
     def _obstacles(self, moving_ids: set[int]) -> list[Obstacle]:
-        """Return the other airborne vehicles: where they hover, or the column in which they may be descending.
-
-        For a vehicle sent somewhere that is the path there, too; for one that returns by its autopilot, or is lost and
-        probably does, also the path to its launch point.
-        """
+        """Return the other airborne vehicles whose positions are known."""
         obstacles = []
-        layers, bottom_m = self._roster.layers, self._bottom_m
         for member in self._roster.members():
             position_enu_m = self._roster.position_enu_m(member)
-            if member.vehicle_id in moving_ids or not member.airborne or position_enu_m is None:
-                continue
-            is_lost, command = member.task is Task.LOST, member.last_command
-            goes_home = is_lost or member.state.mode is FlightMode.RETURN or isinstance(command, ReturnToLaunch)
-            climbs = isinstance(command, Takeoff) and not self._roster.is_in_layer(member)
-            top_enu_m = layers.at(member, position_enu_m) if climbs else None
-            climbs_to_return = goes_home and layers.follow_ground
-            obstacle = Obstacle(
-                member.vehicle_id,
-                position_enu_m,
-                waypoint_enu_m=destination_enu_m(member, self._settings),
-                stop_enu_m=self._stop_enu_m(member, position_enu_m),
-                column=goes_home or climbs or not member.follows_us or isinstance(command, Land),
-                top_m=None if top_enu_m is None else float(top_enu_m[2]),
-                bottom_m=bottom_m,
-                home_enu_m=member.home_enu_m if goes_home else None,
-                return_up_m=layers.return_up_m(member) if climbs_to_return else None,
-                accuracy=self.accuracy(member),
-            )
-            obstacles.append(obstacle)
+            if member.vehicle_id not in moving_ids and member.airborne and position_enu_m is not None:
+                accuracy = self.accuracy(member)
+                obstacles.append(
+                    obstacle_of(
+                        member, position_enu_m, self._roster, self._settings, accuracy=accuracy, bottom_m=self._bottom_m
+                    )
+                )
         return obstacles
 
     def blocks_path(
@@ -380,9 +354,18 @@ class FlightControl:
             refused = [vehicle_id for vehicle_id, refusal in results.items() if refusal is not None]
             # A vehicle that refuses is asked again soon, even if others are still on their way.
             wait_s = _RETRY_S if refused else self._deadlines.move_s
-            await self.wait_until(pending, self._waits, min(left_s, wait_s))
+            piloted_ids = self._piloted_ids()
+
+            def undisturbed(known_ids: frozenset[int] = piloted_ids) -> list[Member]:
+                """Return the pending vehicles; none where a pilot takes one over, so that all paths are vetted anew."""
+                return pending() if self._piloted_ids() <= known_ids else []
+
+            await self.wait_until(undisturbed, self._waits, min(left_s, wait_s))
             await self._clock.sleep(_POLL_S)
         return pending()
+
+    def _piloted_ids(self) -> frozenset[int]:
+        return frozenset(member.vehicle_id for member in self._roster.airborne() if member.has_pilot)
 
     def _reachable(self, place_enu_m: NDArray[np.float64]) -> NDArray[np.float64]:
         if self._detours is None:

@@ -1,0 +1,75 @@
+"""Airborne vehicles as others have to keep clear of them."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.airspace.accuracy import Accuracy
+from aos_gcs.airspace.stopping import DECELERATION_MPS2
+from aos_gcs.airspace.traffic import Obstacle
+from aos_gcs.mission.fleet.motion import destination_enu_m, speed_mps
+from aos_gcs.mission.fleet.roster import Member, Roster
+from aos_gcs.mission.model.vehicles import Task
+from aos_gcs.planning.settings import FlightSettings
+from aos_gcs.ports import FlightMode, Land, ReturnToLaunch, Takeoff
+
+FloatArray = NDArray[np.float64]
+
+DRIFT_M: Final = 1.0
+"""Distance by which a vehicle with a pilot may leave its place before others are vetted again: one that still braked
+moved by 0.13 m."""
+
+
+def obstacle_of(
+    member: Member,
+    position_enu_m: FloatArray,
+    roster: Roster,
+    settings: FlightSettings,
+    *,
+    accuracy: Accuracy,
+    bottom_m: float,
+) -> Obstacle:
+    """Return where an airborne vehicle may be: where it hovers, or the column in which it may be descending.
+
+    For a vehicle sent somewhere that is the path there, too; for one that returns by its autopilot, or is lost and
+    probably does, also the path to its launch point.
+
+    Args:
+        member: the vehicle.
+        position_enu_m: its position, shape (3,).
+        roster: roster that it belongs to.
+        settings: arrival radius and speed.
+        accuracy: accuracy of its position.
+        bottom_m: height above the origin down to which vehicles may descend.
+    """
+    layers, is_lost, command = roster.layers, member.task is Task.LOST, member.last_command
+    goes_home = is_lost or member.state.mode is FlightMode.RETURN or isinstance(command, ReturnToLaunch)
+    climbs = isinstance(command, Takeoff) and not roster.is_in_layer(member)
+    top_enu_m = layers.at(member, position_enu_m) if climbs else None
+    climbs_to_return = goes_home and layers.follow_ground
+    return Obstacle(
+        member.vehicle_id,
+        position_enu_m,
+        waypoint_enu_m=destination_enu_m(member, settings),
+        stop_enu_m=stop_enu_m(member, position_enu_m, roster, settings),
+        column=goes_home or climbs or not member.follows_us or isinstance(command, Land),
+        top_m=None if top_enu_m is None else float(top_enu_m[2]),
+        bottom_m=bottom_m,
+        home_enu_m=member.home_enu_m if goes_home else None,
+        return_up_m=layers.return_up_m(member) if climbs_to_return else None,
+        accuracy=accuracy,
+        drift_m=DRIFT_M if member.has_pilot else 0.0,
+    )
+
+
+def stop_enu_m(
+    member: Member, position_enu_m: FloatArray, roster: Roster, settings: FlightSettings
+) -> FloatArray | None:
+    """Return where a vehicle would come to a stop, shape (3,), with its motion since its last position; or None."""
+    if (present_mps := speed_mps(member)) <= settings.arrival_speed_mps:
+        return None
+    braking_s = (roster.position_age_s(member) or 0.0) + present_mps / (2.0 * DECELERATION_MPS2)
+    return position_enu_m + braking_s * np.array(member.state.velocity_enu_mps)
