@@ -10,7 +10,7 @@ import traceback
 from aos_gcs.errors import AosError
 from aos_gcs.workers.answers import pack_error, pack_result
 from aos_gcs.workers.arena import Arena, unpack
-from aos_gcs.workers.lifeline import end_with_parent, step_back
+from aos_gcs.workers.lifeline import end_with_parent, step_back, step_back_as_session
 from aos_gcs.workers.wire import receive, send
 
 _OPENCV_OUT_OF_MEMORY = -4
@@ -26,6 +26,7 @@ def main(arguments: list[str]) -> None:
     control_fd, lifeline_fd, requests_fd, responses_fd, memory_bytes = map(int, arguments[:5])
     end_with_parent(lifeline_fd)
     step_back(memory_bytes)
+    step_back_as_session()
     for name in arguments[5:]:
         importlib.import_module(name)
     with socket.socket(fileno=control_fd) as control:

@@ -9,10 +9,14 @@ import resource
 import signal
 import socket
 import threading
+import time
 from pathlib import Path
 
 _NICENESS = 5
 """Priority below that of the flight loop."""
+_AUTOGROUP = Path("/proc/self/autogroup")
+_AUTOGROUP_TRIES, _AUTOGROUP_PAUSE_S = 30, 0.1
+"""The kernel lets one process at a time set the priority of its session, and the next one 0.1 s later."""
 _OOM_SCORE = "500"
 """Score by which the kernel ends this process, rather than the flight, when the machine runs out of memory."""
 
@@ -48,3 +52,23 @@ def step_back(memory_bytes: int) -> None:
     os.nice(_NICENESS)
     with contextlib.suppress(OSError):
         Path("/proc/self/oom_score_adj").write_text(_OOM_SCORE, encoding="ascii")
+
+
+def step_back_as_session() -> None:
+    """Let the processes of other sessions go first, those of the flight loop among them.
+
+    Where the kernel groups processes by their sessions (``sched_autogroup_enabled``, as on desktops), priorities count
+    within a session only, and each session gets the same share of the processor. Processes that have no session of
+    their own are left alone: they would take that of others along.
+    """
+    if os.getsid(0) != os.getpid():
+        return
+    for _ in range(_AUTOGROUP_TRIES):
+        try:
+            _AUTOGROUP.write_text(str(_NICENESS), encoding="ascii")
+        except BlockingIOError:
+            time.sleep(_AUTOGROUP_PAUSE_S)
+        except OSError:
+            return
+        else:
+            return

@@ -45,8 +45,11 @@ from aos_gcs.planning.settings import Deadlines, FlightSettings, PreflightSettin
 from aos_gcs.ports import Clock, DriverContext, Fleet, Goto, LandedState
 from aos_gcs.runtime.api_start import ApiStart
 from aos_gcs.runtime.api_supervisor import open_api_process
+from aos_gcs.runtime.garbage import settle_garbage
+from aos_gcs.runtime.workers import ANALYSIS
 from aos_gcs.swarm.model import Observation
 from aos_gcs.swarm.registry import make_strategy
+from aos_gcs.workers.lifeline import step_back, step_back_as_session
 from tests.fakes.mavlink_vehicle import HOME
 from tests.fakes.mission_flight import MemoryRecorder, settings
 
@@ -59,7 +62,6 @@ from tests.benchmarks.fleet_vehicles import HOST, chatter, hover, other_process,
 ANSWER_S = 0.3
 """After which a vehicle acknowledges, in the comparison with mavsdk."""
 CODE = "larch-and-spruce"
-WORKERS_NICENESS = 5
 LAYER_M, SPACING_M = 8.0, 2.0
 COMMANDS = (mavlink.MAVLINK_MSG_ID_COMMAND_LONG, mavlink.MAVLINK_MSG_ID_COMMAND_INT)
 
@@ -72,6 +74,7 @@ def free_port() -> int:
 
 @asynccontextmanager
 async def fleet_of(port: int, count: int) -> AsyncIterator[tuple[Fleet, Clock]]:
+    settle_garbage()
     clock = LoopClock()
     context = DriverContext(clock, lambda: True, lambda _notice: None)
     async with open_mavlink([f"udpin://{HOST}:{port}"], context) as fleet:
@@ -284,8 +287,10 @@ def _told(values_ms: list[float]) -> str:
 
 
 def analyse_images() -> None:
-    """Analyse the frames of ten vehicles until killed, as the service's worker does."""
-    os.nice(WORKERS_NICENESS)
+    """Analyse the frames of ten vehicles until killed, as the service's worker does: in a session of its own."""
+    os.setsid()
+    step_back(ANALYSIS.memory_bytes)
+    step_back_as_session()
     frames = make_frames(4.2, np.float32, 10)
     while True:
         whole_step(frames)
@@ -315,6 +320,7 @@ async def memory(minutes: float, count: int = 100, rate_hz: float = 20.0) -> Non
 
 @asynccontextmanager
 async def _mission(port: int, count: int, *, auto_start: bool) -> AsyncIterator[tuple[Coordinator, MemoryRecorder]]:
+    settle_garbage()
     clock = LoopClock()
     journal, recorder, pulse = Journal(clock), MemoryRecorder(), LoopMonitor()
     context = DriverContext(clock=clock, is_healthy=pulse.is_healthy, notify=journal.take)

@@ -50,6 +50,12 @@ async def process() -> AsyncIterator[ProcessWorker]:
         yield opened
 
 
+async def test_a_process_steps_back_behind_the_flight_as_its_session_does(process: ProcessWorker) -> None:
+    niceness, autogroup = await process.run(work.priorities)
+    assert niceness == os.getpriority(os.PRIO_PROCESS, 0) + 5
+    assert not autogroup or autogroup.split()[-1] == "5"
+
+
 async def test_arrays_of_any_kind_go_there_and_come_back(worker: Worker) -> None:
     rng = np.random.default_rng(1)
     small, large = rng.random((3, 4), np.float32), rng.random((512, 512, 4), np.float32)

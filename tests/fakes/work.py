@@ -7,6 +7,7 @@ import signal
 import struct
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,12 @@ def doubled(values: NDArray[np.float32], *, shift: float = 0.0) -> NDArray[np.fl
 
 def process_id() -> int:
     return os.getpid()
+
+
+def priorities() -> tuple[int, str]:
+    """Return the niceness of the process, and what the kernel tells of that of its session; empty without one."""
+    autogroup = Path("/proc/self/autogroup")
+    return os.getpriority(os.PRIO_PROCESS, 0), autogroup.read_text(encoding="ascii") if autogroup.is_file() else ""
 
 
 def refuse() -> None:

@@ -208,10 +208,12 @@ ALLOWED = {
     "aos_gcs.mission.search.step_work": {"time.perf_counter"},
     "aos_gcs.runtime.mission_study": {"time.process_time"},
     "aos_gcs.runtime.service": {"datetime.datetime.now"},
+    "aos_gcs.workers.lifeline": {"time.sleep"},
     "aos_sim.attached.service": {"time.monotonic", "time.time_ns"},
     "aos_sim.swarm": {"time.time_ns"},
 }
-"""Sources that modules or packages may use: for clocks, secret codes, and durations of our own work."""
+"""Sources that modules or packages may use: for clocks, secret codes, durations of our own work, and pauses between
+tries of what the kernel may refuse."""
 
 
 def time_and_chance(nodes: list[ast.AST]) -> set[str]:
