@@ -148,7 +148,8 @@ def test_medians_of_blocks_are_the_same_at_once_and_one_by_one(
     column_edges = np.linspace(0, width, max(1, round(width / block_px)) + 1).astype(int)
     known = np.ones(whole.shape, dtype=np.bool_)
     np.testing.assert_array_equal(
-        _block_medians(whole, row_edges, column_edges), _known_block_medians(whole, known, row_edges, column_edges)
+        _block_medians(whole, row_edges, column_edges, np.empty_like(whole)),
+        _known_block_medians(whole, known, row_edges, column_edges),
     )
 
 

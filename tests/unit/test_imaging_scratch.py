@@ -25,7 +25,20 @@ def test_memory_comes_back_for_arrays_of_its_size_alone() -> None:
     assert np.shares_memory(scratch.borrow(2, 6), first)
     scratch.give_back(first)
     assert scratch.borrow(5, 4).shape == (5, 4)
+    other = scratch.borrow(7)
+    scratch.give_back(other)
+    assert np.shares_memory(scratch.borrow(4, 3), first)
+    assert np.shares_memory(scratch.borrow(7), other)
     assert not scratch._spare
+
+
+def test_sizes_that_nobody_asks_for_make_room() -> None:
+    for size in (5, 6):
+        scratch.give_back(np.empty(size, dtype=np.float32))
+    scratch.give_back(scratch.borrow(6))
+    for _ in range(scratch.MAX_KEPT_ARRAYS - 1):
+        scratch.give_back(np.empty(7, dtype=np.float32))
+    assert sorted({memory.size for memory in scratch._spare}) == [6, 7]
 
 
 def test_large_arrays_are_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -34,7 +47,7 @@ def test_large_arrays_are_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     assert not scratch._spare
     for _ in range(20):
         scratch.give_back(np.empty(10, dtype=np.float32))
-    assert len(scratch._spare) == scratch._spare.maxlen
+    assert len(scratch._spare) == scratch.MAX_KEPT_ARRAYS
 
 
 def test_results_do_not_lie_in_memory_that_others_get() -> None:
