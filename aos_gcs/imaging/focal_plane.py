@@ -156,10 +156,10 @@ def _coarsest_needed_m(width_m: float, height_m: float, max_cells: int) -> float
 
 def _clip_convex(polygon: NDArray[np.float64], line: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the part of a polygon of homogeneous points, shape (k, 3), with line · point >= 0 (Sutherland-Hodgman)."""
-    sides = polygon @ line
+    sides = (polygon @ line).tolist()
     clipped = []
     for point, side, following, following_side in zip(
-        polygon, sides, np.roll(polygon, -1, axis=0), np.roll(sides, -1), strict=True
+        polygon, sides, [*polygon[1:], *polygon[:1]], [*sides[1:], *sides[:1]], strict=True
     ):
         if side >= 0.0:
             clipped.append(point)

@@ -21,6 +21,7 @@ from aos_gcs.imaging.detection.rx import rx_scores
 from aos_gcs.imaging.integral import ViewIntegral, integrate
 from aos_gcs.imaging.model import Frame, Pixels
 from aos_gcs.imaging.native import kernels, library
+from aos_gcs.imaging.step.marking import count_spans
 from aos_gcs.imaging.views import perspective_view
 
 SCRIPT = Path(__file__).resolve().parents[2] / "scripts" / "build_kernels.py"
@@ -133,6 +134,17 @@ def test_local_scores_are_those_of_box_filters(bands: int, windows_px: tuple[int
     image[90:, :40] = np.nan
     plain = without_kernels(lambda: local_rx_scores(image, *windows_px))
     np.testing.assert_allclose(local_rx_scores(image, *windows_px), plain, rtol=1e-4, atol=1e-4)
+
+
+def test_cells_are_counted_by_the_spans_that_hold_them() -> None:
+    first = np.random.default_rng(0).integers(0, 40, (4, 30), dtype=np.int32)
+    spans = [np.stack((own, own + length), axis=1) for own, length in zip(first, (0, 1, 7, 10), strict=True)]
+    columns = np.arange(50)
+    expected = sum((columns >= own[:, :1]) & (columns < own[:, 1:]) for own in spans)
+    counted = count_spans(spans, 30, 50)
+    np.testing.assert_array_equal(counted, expected)
+    np.testing.assert_array_equal(without_kernels(lambda: count_spans(spans, 30, 50)), counted)
+    np.testing.assert_array_equal(count_spans([], 2, 3), np.zeros((2, 3)))
 
 
 def test_a_library_of_other_sources_is_not_used(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,9 +10,13 @@ import pytest
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import nadir_pose
 from aos_gcs.geometry.projection import project_points
-from aos_gcs.imaging.model import Frame
+from aos_gcs.imaging.detection.marks import Marks
+from aos_gcs.imaging.model import FocalGrid, Frame
 from aos_gcs.imaging.step.analysis import analyse_step
+from aos_gcs.imaging.step.blobs import find_blobs
+from aos_gcs.imaging.step.marking import MarkedFrame
 from aos_gcs.imaging.step.settings import ImagingSettings
+from aos_gcs.imaging.step.sightings import cells_by_frame
 
 CAMERA = CameraModel.from_fov(128, 128, math.radians(50.0))
 LARGE, SMALL = (3.0, -2.0, 0.0), (-5.0, 4.0, 0.0)
@@ -41,6 +45,20 @@ def test_each_target_is_sighted_with_the_views_that_mark_it() -> None:
     fitness = dict(zip(analysis.vehicle_ids, analysis.fitness, strict=True))
     assert [view.area_m2 for view in large.views] == pytest.approx([fitness[1], fitness[2]])
     assert fitness[3] == 0.0
+
+
+def test_each_frame_has_its_own_cells_of_each_blob() -> None:
+    rng = np.random.default_rng(0)
+    grid = FocalGrid(west_m=0.0, north_m=0.0, resolution_m=0.1, rows=40, columns=50, height_m=0.0)
+    masks = rng.random((3, 40, 50)) < np.array([0.03, 0.0, 0.1])[:, np.newaxis, np.newaxis]
+    blobs = find_blobs(masks.sum(axis=0).astype(np.uint16), gap_cells=0)
+    marked = [MarkedFrame(look(i, 0.0, {}), Marks(*np.nonzero(mask))) for i, mask in enumerate(masks)]
+    found = cells_by_frame(blobs, grid, marked)
+    assert len(blobs) > 5
+    for cells, by_frame in zip(blobs, found, strict=True):
+        for mask, own in zip(masks, by_frame, strict=True):
+            np.testing.assert_array_equal(own, np.flatnonzero(mask[cells.rows, cells.columns]))
+    assert cells_by_frame([], grid, marked) == []
 
 
 def test_the_views_together_are_the_centroid() -> None:

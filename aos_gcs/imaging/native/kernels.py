@@ -96,6 +96,24 @@ def can_warp(image: Pixels) -> bool:
     )
 
 
+def count_spans(spans: Sequence[NDArray[np.int32]], rows: int, columns: int) -> NDArray[np.uint16] | None:
+    """Return how many spans hold each cell, shape (rows, columns); None where there is no kernel for it.
+
+    Args:
+        spans: of each layer the first column and the one behind the last, shape (rows, 2), within the columns.
+        rows: rows of the raster.
+        columns: its columns.
+    """
+    compiled = library.loaded()
+    if compiled is None:
+        return None
+    kept = [np.ascontiguousarray(own) for own in spans]
+    count = np.zeros((rows, columns), dtype=np.uint16)
+    addresses = (ctypes.c_void_p * len(kept))(*(own.ctypes.data for own in kept))
+    compiled.aos_add_spans(addresses, len(kept), rows, columns, count.ctypes.data)
+    return count
+
+
 def divide(total: Pixels, count: NDArray[np.uint16], mean: NDArray[np.float32]) -> bool:
     """Divide sums, shape (rows, columns, bands), by numbers of images, NaN where these are 0; False: no kernel does."""
     compiled = library.loaded()

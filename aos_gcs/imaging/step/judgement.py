@@ -16,7 +16,7 @@ from aos_gcs.imaging.step.blobs import BlobCells, find_blobs
 from aos_gcs.imaging.step.history import MarkedView, marks_on, views_to_keep
 from aos_gcs.imaging.step.marking import MarkedFrame
 from aos_gcs.imaging.step.settings import ImagingSettings
-from aos_gcs.imaging.step.sightings import sight
+from aos_gcs.imaging.step.sightings import cells_by_frame, sight
 from aos_gcs.imaging.step.visibility import (
     area_in_view_px,
     choose_leader,
@@ -84,8 +84,8 @@ def judge(
     # The last frame of a vehicle stands for it.
     present = {one.frame.vehicle_id: one for one in marked}
     seen = [
-        (cells, _settle(_with_agreement(sight(cells, grid, marked), count), settled_enu_m))
-        for cells, count in zip(blobs, agreeing, strict=True)
+        (cells, _settle(_with_agreement(sight(cells, own, grid, marked), count), settled_enu_m))
+        for cells, own, count in zip(blobs, cells_by_frame(blobs, grid, marked), agreeing, strict=True)
         if count >= _needed(cells, needed, len(marked) if coverage is None else coverage)
     ][:MAX_SIGHTINGS]
     seen.sort(key=lambda one: one[1].settled)

@@ -13,6 +13,7 @@ from aos_gcs.imaging.detection.detectors import detect
 from aos_gcs.imaging.detection.marks import NO_MARKS, Marks, covered_marks, project_marks
 from aos_gcs.imaging.integral import BAND_ROWS
 from aos_gcs.imaging.model import Viewpoint
+from aos_gcs.imaging.native import kernels
 from aos_gcs.imaging.step.examination import ExaminedFrame
 from aos_gcs.imaging.step.integration import StepIntegral
 from aos_gcs.imaging.step.settings import ImagingSettings
@@ -65,24 +66,32 @@ def mark_in_integral(
 
 def cover(projected: Sequence[ProjectedFrame], shape: tuple[int, int]) -> NDArray[np.uint16]:
     """Return how many frames cover each cell of a raster of some shape, as their integral has it."""
-    rows, columns = shape
-    # Where spans begin and end; the sum along a row is what they cover.
-    changes = np.zeros((rows, columns + 1), dtype=np.int16)
-    every_row = np.arange(rows)
-    broken = []
+    spans, broken = [], []
     for one in projected:
         if one.projection is None:
             continue
         if one.frame.camera.distortion is None and one.frame.gaps is None:
-            first, end = one.projection.spans.T
-            changes[every_row, first] += 1
-            changes[every_row, end] -= 1
+            spans.append(one.projection.spans)
         else:
             broken.append(one)
-    coverage = np.cumsum(changes[:, :-1], axis=1, dtype=np.int16).view(np.uint16)
+    coverage = count_spans(spans, *shape)
     for warped in itertools.chain.from_iterable(parallel_map(_valid_parts, broken)):
         coverage[warped.window] += warped.coverage()
     return coverage
+
+
+def count_spans(spans: Sequence[NDArray[np.int32]], rows: int, columns: int) -> NDArray[np.uint16]:
+    """Return how many spans hold each cell, see :func:`~aos_gcs.imaging.native.kernels.count_spans`."""
+    compiled = kernels.count_spans(spans, rows, columns)
+    if compiled is not None:
+        return compiled
+    # Where spans begin and end; the sum along a row is what they cover.
+    changes = np.zeros((rows, columns + 1), dtype=np.int16)
+    every_row = np.arange(rows)
+    for first, end in (own.T for own in spans):
+        changes[every_row, first] += 1
+        changes[every_row, end] -= 1
+    return np.cumsum(changes[:, :-1], axis=1, dtype=np.int16).view(np.uint16)
 
 
 def _valid_parts(projected: ProjectedFrame) -> list[WarpedFrame]:

@@ -139,3 +139,10 @@ INLINE void divide(const float *total, const uint16_t *count, long cells, const 
 void aos_divide(const float *total, const uint16_t *count, long cells, int bands, float *mean) {
     bands == 4 ? divide(total, count, cells, 4, mean) : divide(total, count, cells, bands, mean);
 }
+
+/* Adds 1 to the cells of all spans: of each layer first columns and those behind the last, row by row. */
+void aos_add_spans(const int32_t *const *spans, long number, long rows, long columns, uint16_t *count) {
+    for (long row = 0; row < rows; row++, count += columns)
+        for (long i = 0; i < number; i++)
+            for (long x = spans[i][2 * row]; x < spans[i][2 * row + 1]; x++) count[x]++;
+}
