@@ -5,11 +5,14 @@ from __future__ import annotations
 import dataclasses
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from aos_gcs.errors import InputDataError
+
+if TYPE_CHECKING:
+    from aos_gcs.store.audit import AuditEntry, AuditReport
 
 
 def inspect(
@@ -36,6 +39,14 @@ def inspect(
             "changed. Exit status 0: intact; 1: changed.",
         ),
     ] = False,
+    audit_digest: Annotated[
+        str | None,
+        typer.Option(
+            metavar="HEX",
+            help="Digest that was noted elsewhere, as on the paper of a hand-over, or its first 16 digits at least: "
+            "verify the audit chain, and that one of its entries has this digest. Exit status 1 also where none has.",
+        ),
+    ] = None,
     truth_report: Annotated[
         Path | None,
         typer.Option(help="Report of the same simulator (--report-file), for the true distances.", dir_okay=False),
@@ -52,8 +63,8 @@ def inspect(
     from aos_gcs.store.reader import MissionReader  # noqa: PLC0415
     from aos_gcs.store.summary import summarise  # noqa: PLC0415
 
-    if audit:
-        _verify_audit(mission_dir, as_json=as_json)
+    if audit or audit_digest is not None:
+        _verify_audit(mission_dir, audit_digest, as_json=as_json)
         return
     with MissionReader(mission_dir) as reader:
         summary = summarise(reader)
@@ -72,15 +83,39 @@ def inspect(
         typer.echo("\ncompared with the truth:\n" + "\n".join(f"  {line}" for line in score.lines()))
 
 
-def _verify_audit(mission_dir: Path, *, as_json: bool) -> None:
-    from aos_gcs.store.audit import verify_audit  # noqa: PLC0415 - heavy, only for this option
+def _verify_audit(mission_dir: Path, noted: str | None, *, as_json: bool) -> None:
+    from aos_gcs.store.audit import noted_entry, parse_digest, verify_audit  # noqa: PLC0415 - heavy, only for this
 
+    digits = None if noted is None else parse_digest(noted)
     report = verify_audit(mission_dir)
+    entry = None if digits is None else noted_entry(report, digits)
     if as_json:
-        typer.echo(json.dumps(dataclasses.asdict(report), indent=2))
-    elif report.fault is None:
-        typer.echo(f"intact: {len(report.entries)} entries, digest {report.digest}")
+        told = dataclasses.asdict(report)
+        if digits is not None:
+            told["noted"] = {"digest": digits, "entry": None if entry is None else entry.entry}
+        typer.echo(json.dumps(told, indent=2))
     else:
-        typer.echo(f"changed: {report.fault}; the {len(report.entries)} entries before it are intact")
-    if report.fault is not None:
+        if report.fault is None:
+            typer.echo(f"intact: {len(report.entries)} entries, digest {report.digest}")
+        else:
+            typer.echo(f"changed: {report.fault}; the {len(report.entries)} entries before it are intact")
+        if digits is not None:
+            typer.echo(_noted_text(report, entry))
+    if report.fault is not None or (digits is not None and entry is None):
         raise typer.Exit(1)
+
+
+def _noted_text(report: AuditReport, entry: AuditEntry | None) -> str:
+    from aos_gcs.store.audit import utc_text  # noqa: PLC0415 - heavy, only for this
+
+    if entry is None:
+        return (
+            f"noted digest: none of the {len(report.entries)} entries has it. Check its digits and the folder; if both "
+            "are right, this is not the record of which it was noted, or its chain was computed anew"
+        )
+    when = "" if entry.utc_s is None else f" of {utc_text(entry.utc_s)}"
+    later = len(report.entries) - entry.entry
+    return (
+        f"noted digest: that of entry {entry.entry} ({entry.source} {entry.row}){when}; the entries up to it are the "
+        f"same as when it was noted, {later} came later"
+    )

@@ -8,6 +8,7 @@ digests anew: a digest that was noted elsewhere then no longer fits.
 
 from __future__ import annotations
 
+import re
 import sqlite3
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -25,6 +26,10 @@ CHAINED_EVENTS: Final = (EventKind.NOTICE, EventKind.PLAN)
 """Events that the chain covers."""
 MANIFEST, ACTION, EVENT = "manifest", "action", "event"
 """Sources of entries; an action has its ``id``, an event its ``seq``."""
+DIGEST_DIGITS: Final = 64
+LEAST_DIGITS: Final = 16
+"""Number of digits of a digest that nobody meets by chance."""
+_DIGEST: Final = re.compile(rf"[0-9a-f]{{{LEAST_DIGITS},{DIGEST_DIGITS}}}")
 _KINDS: Final = ", ".join(f"'{kind.value}'" for kind in CHAINED_EVENTS)
 _NEWEST: Final = "SELECT digest FROM audit ORDER BY entry DESC LIMIT 1"
 
@@ -55,6 +60,33 @@ class AuditReport:
     def digest(self) -> str:
         """Digest of the last entry that fits, to be noted elsewhere; empty if there is none."""
         return self.entries[-1].digest if self.entries else ""
+
+
+def parse_digest(text: str) -> str:
+    """Return a digest that somebody has typed from paper, or its beginning, as hexadecimal digits.
+
+    Capitals, and blanks, colons and hyphens between groups, do not matter.
+
+    Raises:
+        InputDataError: it has too few or too many digits, or is none.
+    """
+    digits = re.sub(r"[\s:-]", "", text).lower()
+    if not _DIGEST.fullmatch(digits):
+        raise InputDataError(
+            f"audit digest: give the {DIGEST_DIGITS} hexadecimal digits that were noted, or the first "
+            f"{LEAST_DIGITS} at least, not {text[:80]!r}"
+        )
+    return digits
+
+
+def noted_entry(report: AuditReport, noted: str) -> AuditEntry | None:
+    """Return the entry whose digest was noted; None where none of those that fit has it.
+
+    Args:
+        report: verification of the chain.
+        noted: digest or its beginning, of ``parse_digest``.
+    """
+    return next((entry for entry in report.entries if entry.digest.startswith(noted)), None)
 
 
 def is_chained(connection: sqlite3.Connection) -> bool:
@@ -123,7 +155,7 @@ def _walk(connection: sqlite3.Connection, folder: Path) -> Iterator[AuditEntry]:
         utc_s, content = _content(connection, folder, row["source"], row["source_row"], name)
         digest = entry_digest(previous, row["source"], row["source_row"], utc_s, content)
         if digest != row["digest"]:
-            when = "" if utc_s is None else f" of {_utc(utc_s)}"
+            when = "" if utc_s is None else f" of {utc_text(utc_s)}"
             raise _FaultError(f"{name}{when} was changed, or its digest")
         yield AuditEntry(expected, row["source"], row["source_row"], utc_s, digest)
         previous, expected = digest, expected + 1
@@ -170,7 +202,8 @@ def _check_covered(connection: sqlite3.Connection) -> None:
             raise _FaultError(f"{source} {row['number']} {told}")
 
 
-def _utc(utc_s: float) -> str:
+def utc_text(utc_s: float) -> str:
+    """Return a time as operators read it, whatever a damaged record holds."""
     try:
         return f"{datetime.fromtimestamp(utc_s, UTC):%Y-%m-%d %H:%M:%S} UTC"
     except (ValueError, OverflowError, OSError):

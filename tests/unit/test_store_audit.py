@@ -174,3 +174,69 @@ def test_the_command_tells_and_returns_what_it_has_found(folder: Path, capsys: p
     tamper(folder, "DROP TABLE audit")
     assert inspect(folder) == 2
     assert inspect(folder / "frames") == 2
+
+
+def test_a_noted_digest_is_found_however_it_was_written_down(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    noted = verify_audit(folder).entries[2].digest
+    grouped = " ".join(noted[start : start + 4] for start in range(0, 16, 4)).upper()
+    for text in (noted, noted[:16], grouped):
+        assert inspect(folder, "--audit-digest", text) == 0
+        out = capsys.readouterr().out
+        assert "noted digest: that of entry 3 (action 1) of 1970-01-01 00:16:42 UTC" in out
+        assert "2 came later" in out
+
+
+def test_a_digest_of_the_last_entry_and_of_the_manifest_are_found(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    entries = verify_audit(folder).entries
+    assert inspect(folder, "--audit-digest", entries[-1].digest) == 0
+    assert "0 came later" in capsys.readouterr().out
+    assert inspect(folder, "--audit-digest", entries[0].digest, "--json") == 0
+    assert json.loads(capsys.readouterr().out)["noted"] == {"digest": entries[0].digest, "entry": 1}
+
+
+def test_a_chain_that_was_computed_anew_does_not_have_the_noted_digest(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    noted = verify_audit(folder).digest
+    tamper(folder, "UPDATE actions SET record = replace(record, 'Kim', 'Robin') WHERE id = 2")
+    compute_anew(folder)
+    assert inspect(folder) == 0
+    capsys.readouterr()
+    assert inspect(folder, "--audit-digest", noted) == 1
+    assert "noted digest: none of the 5 entries has it" in capsys.readouterr().out
+    assert inspect(folder, "--audit-digest", noted, "--json") == 1
+    assert json.loads(capsys.readouterr().out)["noted"]["entry"] is None
+
+
+def test_a_change_after_the_noted_digest_is_told_with_what_still_fits(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    noted = verify_audit(folder).entries[1].digest
+    tamper(folder, "DELETE FROM actions WHERE id = 2")
+    assert inspect(folder, "--audit-digest", noted) == 1
+    out = capsys.readouterr().out
+    assert out.startswith("changed: entry 5")
+    assert "noted digest: that of entry 2" in out
+
+
+@pytest.mark.parametrize("text", ["", "6f0d5c", "x" * 64, "0" * 65, "6f0d5c…"])
+def test_what_is_no_digest_is_refused(folder: Path, text: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert inspect(folder, "--audit-digest", text) == 2
+    assert "audit digest: give the 64 hexadecimal digits" in capsys.readouterr().err
+
+
+def compute_anew(folder: Path) -> None:
+    """Compute the chain of a record again, as a forger does."""
+    connection = sqlite3.connect(folder / DATABASE_NAME)
+    rows = connection.execute("SELECT source, source_row FROM audit ORDER BY entry").fetchall()
+    tables = {"action": "SELECT utc_s, record FROM actions WHERE id = ?"}
+    tables["event"] = "SELECT utc_s, data FROM events WHERE seq = ?"
+    connection.execute("DELETE FROM audit")
+    for source, number in rows:
+        manifest = None, (folder / MANIFEST_NAME).read_text(encoding="utf-8")
+        utc_s, content = connection.execute(tables[source], (number,)).fetchone() if number else manifest
+        append_entry(connection, source, number, utc_s, content)
+    connection.commit()
+    connection.close()
