@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import Final
 
@@ -32,6 +33,24 @@ class Proposals:
     def all(self) -> tuple[ProposalRecord, ...]:
         """Return the proposals, oldest first."""
         return tuple(self._records.values())
+
+    def restore(self, records: Sequence[ProposalRecord], utc_s: float) -> None:
+        """Take what the station before had, with the decisions; what has expired meanwhile or is out of bounds is left.
+
+        What its sender has deleted meanwhile is not known: it goes when it expires.
+
+        Args:
+            records: proposals of its record, oldest first.
+            utc_s: present time of this machine; what came later than that, by a clock that was wrong, came now.
+        """
+        for record in records[-MAX_PROPOSALS:]:
+            with suppress(InputDataError):
+                record.proposal.require_bounds()
+                received_utc_s = min(record.proposal.received_utc_s, utc_s)
+                proposal = replace(record.proposal, received_utc_s=received_utc_s)
+                self._records[proposal.source, proposal.uid] = replace(record, proposal=proposal)
+                self._count = max(self._count, record.proposal_id)
+        self.expire(utc_s)
 
     def take(self, proposals: Sequence[Proposal]) -> int:
         """Take proposals that are new or were sent again, and return how many wait for a decision that did not."""

@@ -13,7 +13,7 @@ from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
 
-from aos_gcs.clock import LoopClock
+from aos_gcs.clock import LoopClock, machine_utc_s
 from aos_gcs.config.model import ServiceConfig
 from aos_gcs.config.settings import mission_settings, sharing_settings
 from aos_gcs.mission.coordinator import Coordinator
@@ -32,7 +32,7 @@ from aos_gcs.runtime.garbage import settle_garbage
 from aos_gcs.runtime.sharing_supervisor import SharingSupervisor, open_sharing_process
 from aos_gcs.runtime.sign_in import operator_secrets
 from aos_gcs.runtime.workers import ANALYSIS, DECODING, GROUND
-from aos_gcs.store.last_mission import former_flight, unfinished_mission
+from aos_gcs.store.last_mission import former_flight, last_proposals, unfinished_mission
 from aos_gcs.store.recorder import MissionRecorder
 from aos_gcs.store.return_settings import unrestored_settings
 from aos_gcs.store.schema import GROUND_NAME
@@ -105,6 +105,7 @@ async def open_service(config: ServiceConfig, following: NextSortie | None = Non
     unfinished = None if settings.any_vehicles else unfinished_mission(config.record.folder)
     former = former_flight(config.record.folder, clock.utc_s())
     unrestored = unrestored_settings(config.record.folder)
+    proposals = last_proposals(config.record.folder) if receivers.has_proposals else ()
     start = ApiStart(
         with_certificate(config.api, config.record.folder, started), secrets.code, config.record.folder, folder
     )
@@ -154,6 +155,7 @@ async def open_service(config: ServiceConfig, following: NextSortie | None = Non
                         interrupted=None if former is None else _ground_of(config, former.last.mission_id),
                     ),
                 )
+                mission.view.proposals.restore(proposals, machine_utc_s())
                 if unfinished is not None:
                     mission.auto_start.cancel(f"the last mission, {unfinished}, did not end: vehicles may still fly")
                 async with (

@@ -175,6 +175,11 @@ class SharingSettings:
         )
 
     @property
+    def has_proposals(self) -> bool:
+        """Whether what others mark and draw is received."""
+        return self.tak is not None and self.tak.receive
+
+    @property
     def any(self) -> bool:
         """Whether there is any."""
         return self != SharingSettings()

@@ -7,6 +7,7 @@ from pathlib import Path
 from aos_gcs.errors import InputDataError
 from aos_gcs.mission.former_flight import FormerFlight
 from aos_gcs.mission.model.events import EventKind, PlanRecord
+from aos_gcs.mission.model.proposals import ProposalRecord
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.phases import ON_GROUND
 from aos_gcs.store.reader import MissionReader
@@ -39,6 +40,23 @@ def former_flight(missions: Path, now_utc_s: float) -> FormerFlight | None:
     return FormerFlight(last.data, plan.plan if isinstance(plan, PlanRecord) else None, last.utc_s)
 
 
+def last_proposals(missions: Path) -> tuple[ProposalRecord, ...]:
+    """Return the proposals of others that the mission recorded last had, with the decisions; none if it cannot be read.
+
+    Args:
+        missions: folder of all missions, which need not exist.
+    """
+    folder = _last_folder(missions)
+    if folder is None:
+        return ()
+    try:
+        with MissionReader(folder) as reader:
+            last = reader.last_snapshot()
+    except InputDataError:
+        return ()
+    return () if last is None else last.proposals
+
+
 def unfinished_mission(missions: Path) -> str | None:
     """Return the name of the mission recorded last if it has no outcome: its program was killed, or still runs.
 
@@ -47,12 +65,16 @@ def unfinished_mission(missions: Path) -> str | None:
     Args:
         missions: folder of all missions, which need not exist.
     """
-    folders = sorted(file.parent for file in missions.glob(f"*/{DATABASE_NAME}"))
-    if not folders:
+    folder = _last_folder(missions)
+    if folder is None:
         return None
     try:
-        with MissionReader(folders[-1]) as reader:
+        with MissionReader(folder) as reader:
             has_ended = reader.outcome() is not None
     except InputDataError:
         has_ended = False
-    return None if has_ended else folders[-1].name
+    return None if has_ended else folder.name
+
+
+def _last_folder(missions: Path) -> Path | None:
+    return max((file.parent for file in missions.glob(f"*/{DATABASE_NAME}")), default=None)

@@ -332,6 +332,39 @@ def test_proposals_go_when_they_are_deleted_or_long_out_of_date() -> None:
     assert desk.all() == ()
 
 
+def test_a_restart_keeps_what_waits_and_what_was_decided() -> None:
+    before, after = Proposals(), Proposals()
+    before.take([proposal("a"), proposal("b"), proposal("c")])
+    before.decide(2, ProposalUse.DISMISSED, "Ada", UTC_S)
+    after.restore(before.all(), UTC_S + 60.0)
+    assert after.all() == before.all()
+    assert after.take([proposal("b"), proposal("d")]) == 1
+    assert [(one.proposal_id, one.proposal.uid) for one in after.all()] == [(1, "a"), (2, "b"), (3, "c"), (4, "d")]
+    with pytest.raises(MissionError, match="Ada has decided"):
+        after.decide(2, ProposalUse.FINDING, "Bob", UTC_S)
+
+
+def test_a_restart_leaves_what_has_expired_and_what_no_record_can_hold() -> None:
+    before = Proposals()
+    before.take([proposal("a"), proposal("b", received_utc_s=UTC_S + KEPT_S)])
+    damaged = replace(before.all()[1], proposal=proposal("c", points_deg=((98.0, 15.0),)))
+    many = tuple(replace(before.all()[1], proposal=proposal(f"m{number}")) for number in range(2 * MAX_PROPOSALS))
+    after = Proposals()
+    after.restore((*before.all(), damaged), UTC_S + KEPT_S + 1.0)
+    assert [one.proposal.uid for one in after.all()] == ["b"]
+    full = Proposals()
+    full.restore(many, UTC_S)
+    assert len(full.all()) == MAX_PROPOSALS
+
+
+def test_a_proposal_of_a_clock_that_was_ahead_does_not_stay_for_longer_after_a_restart() -> None:
+    before, after = Proposals(), Proposals()
+    before.take([proposal("a", received_utc_s=UTC_S + 1e6)])
+    after.restore(before.all(), UTC_S)
+    after.expire(UTC_S + KEPT_S + 1.0)
+    assert after.all() == ()
+
+
 def test_operators_are_told_of_proposals_once_a_minute_at_most() -> None:
     now_s, notices, desk = [0.0], list[Notice](), Proposals()
     watch = ProposalWatch(desk, notices.append, lambda: now_s[0])
