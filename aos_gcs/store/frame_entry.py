@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sqlite3
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,7 +18,7 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.ports import Capture
 from aos_gcs.store.codec import decode
-from aos_gcs.store.images import EncodedImage, decode_image
+from aos_gcs.store.images import EncodedImage, StoredBands, decode_bands, decode_image
 
 MAX_UTC_S: Final = 1e11
 """Latest time of a record that is believed: the year 5138."""
@@ -89,11 +89,25 @@ class FrameEntry:
         except (OSError, InputDataError, *DAMAGE) as error:
             raise InputDataError(f"cannot read the frame {self.path}: {error}") from error
 
+    def load_bands(self, wanted: Sequence[Sequence[str]]) -> tuple[StoredBands, ...]:
+        """Return some bands of the image for each choice of them, thermal alone or others; its file is read once.
+
+        Raises:
+            InputDataError: the image file is missing or damaged, or the frame has no such band.
+        """
+        try:
+            bands, encoded = self.bands(), self._encoded()
+            return tuple(decode_bands(encoded, bands, self._row["dtype"], choice) for choice in wanted)
+        except (OSError, InputDataError, *DAMAGE) as error:
+            raise InputDataError(f"cannot read the frame {self.path}: {error}") from error
+
+    def _encoded(self) -> EncodedImage:
+        return EncodedImage(self.path.suffix, self.path.read_bytes())
+
     def _load(self) -> Capture:
         row = self._row
         bands = decode(tuple[str, ...], json.loads(row["bands"]))
-        encoded = EncodedImage(self.path.suffix, self.path.read_bytes())
-        image = decode_image(encoded, bands, row["dtype"])
+        image = decode_image(self._encoded(), bands, row["dtype"])
         return Capture(
             vehicle_id=self.vehicle_id,
             image_index=typed(row, "image_index", int),

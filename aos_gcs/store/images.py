@@ -60,6 +60,60 @@ def decode_image(encoded: EncodedImage, bands: Sequence[str], dtype: str) -> Ima
         raise InputDataError(f"a {encoded.suffix} image is damaged: {error}") from error
 
 
+@dataclass(frozen=True, slots=True)
+class StoredBands:
+    """Some bands of an image, in the numbers in which its file holds them."""
+
+    values: Image
+    """Shape (H, W, n)."""
+    is_centikelvin: bool
+    """Whether they are temperatures in hundredths of a kelvin; else they are what the mission has seen."""
+
+    def as_seen(self, values: Image) -> Image:
+        """Return values of these bands, any shape, in the numbers that the mission has seen, such as degrees."""
+        return celsius_from_centikelvin(cast("NDArray[np.uint16]", values)) if self.is_centikelvin else values
+
+
+def decode_bands(encoded: EncodedImage, bands: Sequence[str], dtype: str, wanted: Sequence[str]) -> StoredBands:
+    """Return some bands of an image, in this order; of a TIFF file, only the pages that hold them are decoded.
+
+    Args:
+        encoded: file of the image.
+        bands: all bands of the image.
+        dtype: data type that was recorded.
+        wanted: the thermal band, or any others.
+
+    Raises:
+        InputDataError: the file is damaged, or has no such band.
+    """
+    try:
+        channels = [bands.index(band) for band in wanted]
+        if encoded.suffix == ".npy":
+            return StoredBands(_array(encoded.content)[..., channels], is_centikelvin=False)
+        is_centikelvin = "thermal" in wanted and np.dtype(dtype) == np.float32
+        return StoredBands(_stored_channels(encoded.content, bands, channels), is_centikelvin)
+    except (ValueError, TypeError, IndexError, EOFError, cv2.error, InputDataError) as error:
+        raise InputDataError(f"a {encoded.suffix} image is damaged: {error}") from error
+
+
+def _stored_channels(content: bytes, bands: Sequence[str], channels: Sequence[int]) -> Image:
+    """Return channels as the pages of a TIFF file have them, shape (H, W, n)."""
+    colours = _colours(bands)
+    if colours and list(channels) == list(range(colours)):
+        (page,) = _pages(content, only=0)
+        return cast("Image", cv2.cvtColor(page, cv2.COLOR_BGR2RGB))
+    parts = []
+    for channel in channels:
+        (page,) = _pages(content, only=0 if channel < colours else channel - colours + bool(colours))
+        parts.append(page[..., colours - 1 - channel] if channel < colours else page)
+    return cast("Image", np.stack(parts, axis=2))
+
+
+def _colours(bands: Sequence[str]) -> int:
+    """Return the number of channels of the page of colours; 0 where there is none."""
+    return len(COLOUR) if tuple(bands[: len(COLOUR)]) == COLOUR else 0
+
+
 def _is_exact(pages: Sequence[Page], image: Image, bands: Sequence[str]) -> bool:
     """Return whether pages hold an image bit by bit; compared page by page, without a second image in memory."""
     end = 0
@@ -77,7 +131,7 @@ def _tiff(image: Image, bands: Sequence[str]) -> bytes | None:
     # What does not fit into bytes is found when the file is read again.
     rounded = cv2.convertScaleAbs(image).reshape(image.shape) if image.dtype == np.float32 else image
     whole = cast("Page", rounded)
-    colours = len(COLOUR) if tuple(bands[:3]) == COLOUR else 0
+    colours = _colours(bands)
     pages: list[Page] = [whole[..., [2, 1, 0]]] if colours else []  # OpenCV's order
     for channel in range(colours, len(bands)):
         if bands[channel] == "thermal" and image.dtype == np.float32:
@@ -102,12 +156,17 @@ def _array(content: bytes) -> Image:
     return cast("Image", np.frombuffer(content, dtype, offset=file.tell()).reshape(shape).copy())
 
 
-def _pages(content: bytes) -> Sequence[Page]:
+def _pages(content: bytes, only: int | None = None) -> Sequence[Page]:
+    """Return all pages of a TIFF file, or only one: the others are not decoded."""
     # Recorded files are not compressed: one with more pixels than bytes is damaged, or made to fill the memory.
     pixels = sum(width * height for width, height in picture_sizes(content))
     if pixels > len(content):
         raise ValueError(f"{len(content)} bytes are not {pixels} pixels")
-    read, pages = cv2.imdecodemulti(np.frombuffer(content, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
+    data = np.frombuffer(content, dtype=np.uint8)
+    if only is None:
+        read, pages = cv2.imdecodemulti(data, cv2.IMREAD_UNCHANGED)
+    else:
+        read, pages = cv2.imdecodemulti(data, cv2.IMREAD_UNCHANGED, range=(only, only + 1))
     if not read:
         raise ValueError("it is not a TIFF file")
     return cast("Sequence[Page]", pages)

@@ -12,15 +12,17 @@ import logging
 import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractAsyncContextManager, contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
-from aos_gcs.errors import AosError, InputDataError
+from aos_gcs.errors import AosError, InputDataError, WorkerError
 from aos_gcs.mission.model.steps import Picture, PictureKind
 from aos_gcs.ports import Worker
-from aos_gcs.wall.model import FrameFacts, Slot, TileKind, TileName, WallSettings
+from aos_gcs.store.changes import RecordChanges
+from aos_gcs.wall.model import FrameFacts, Look, Order, RenderedFrame, Slot, TileKind, TileName, WallSettings
 from aos_gcs.wall.places import raster_place, viewed_place
-from aos_gcs.wall.rendering import newest_frames, render_frame, render_raster
+from aos_gcs.wall.rendering import look, render_raster
 from aos_gcs.wall.source import WallSource
 from aos_gcs.wall.watch import EARLY, Watch
 
@@ -67,6 +69,9 @@ class Wall:
         self._folder: Path | None = None
         self._newest: dict[int, tuple[FrameFacts, float]] = {}
         self._after = 0
+        self._changes = RecordChanges()
+        self._is_careful = False
+        """Whether the worker has failed, so that frames are rendered one by one."""
         self._count = 0
 
     @contextmanager
@@ -126,12 +131,12 @@ class Wall:
                 continue
             watched_at_s = begin_s
             try:
-                await self._look(worker)
-                await self._render_due(worker)
+                await self._update(worker)
             except AosError as error:
                 if is_working:
                     _log.warning("Live pictures: %s", error)
                 is_working = False
+                self._changes = RecordChanges()
                 await asyncio.sleep(RETRY_S)
             else:
                 is_working = True
@@ -140,39 +145,19 @@ class Wall:
         if not self._watches:
             self._has_watches.clear()
 
-    async def _look(self, worker: Worker) -> None:
-        """Find the newest frame of each vehicle."""
-        folder, until_utc_s = self.source.folder, self.source.until_utc_s
-        if folder != self._folder:
-            self._folder, self._after = folder, 0
+    async def _update(self, worker: Worker) -> None:
+        """Find new frames, and render what is watched and has something newer to show, as often as the settings say."""
+        if self.source.folder != self._folder:
+            self._folder, self._after = self.source.folder, 0
             self._newest.clear()
             self._forget(list(self._tried))
-        after = self._after if until_utc_s is None else 0
-        found = await worker.run(newest_frames, folder, after, until_utc_s)
-        if until_utc_s is not None:  # a replay may have gone back to where some had no frame yet
-            there = {frame.vehicle_id for frame in found}
-            self._forget([size for size in self._tried if size[0].vehicle_id not in there | {None}])
-            self._newest.clear()
-        now_s = self._now_s()
-        for frame in found:
-            self._newest[frame.vehicle_id] = frame, now_s
-            self._after = max(self._after, frame.number)
-
-    def _forget(self, sizes: Sequence[Size]) -> None:
-        for size in sizes:
-            self._slots.pop(size, None)
-            self._tried.pop(size, None)
-            self._tried_at_s.pop(size, None)
-
-    async def _render_due(self, worker: Worker) -> None:
-        """Render what is watched and has something newer to show, at most as often as the settings say."""
         wanted = {(tile, self._width_px(watch.is_large)) for watch in self._watches for tile in watch.tiles}
         self._forget([size for size in self._tried if size not in wanted])
-        for frame, seen_at_s in list(self._newest.values()):
-            kinds = {TileName(frame.vehicle_id, kind) for kind in frame.kinds}
-            sizes = sorted(size for size in wanted if size[0] in kinds and self._is_due(size, frame.number))
-            if sizes:
-                await self._render_frame(worker, frame, seen_at_s, sizes)
+        try:
+            await (self._look_apart if self._is_careful else self._look)(worker, wanted)
+        except WorkerError:
+            self._is_careful = True
+            raise
         for kind, raster in _RASTERS.items():
             picture = self.source.picture(raster)
             tile = TileName(None, kind)
@@ -180,32 +165,88 @@ class Wall:
                 if picture is not None and size[0] == tile and self._is_due(size, picture.step):
                     await self._render_raster(worker, picture, size)
 
-    def _is_due(self, size: Size, origin: int) -> bool:
-        interval_s = EARLY / self.settings.rate_hz
-        is_rested = self._now_s() - self._tried_at_s.get(size, -math.inf) >= interval_s
-        return is_rested and self._tried.get(size) != origin
-
-    def _try(self, sizes: Sequence[Size], origin: int) -> None:
-        """Note that pictures are being made: what cannot be rendered is not tried again and again."""
-        for size in sizes:
-            self._tried[size] = origin
-            self._tried_at_s[size] = self._now_s()
-
-    async def _render_frame(self, worker: Worker, frame: FrameFacts, seen_at_s: float, sizes: Sequence[Size]) -> None:
-        self._try(sizes, frame.number)
-        place = viewed_place(frame, self.source.ground_amsl_m())
-        kinds = [(tile.kind, width_px) for tile, width_px in sizes]
-        try:
-            pictures = await worker.run(render_frame, self.source.folder, frame.number, kinds)
-        except InputDataError as error:
-            _log.warning("Live pictures: %s", error)
+    async def _look(self, worker: Worker, wanted: set[Size]) -> None:
+        """Look at the record where it may have changed, or there is something to render."""
+        orders = self._orders(wanted)
+        may_have_come = self._changes.may_have_come(self.source.folder) or self.source.until_utc_s is not None
+        if not may_have_come and all(order.known in (0, order.former) for order in orders):
             return
-        for size, picture in zip(sizes, pictures, strict=True):
+        while not (found := await self._take(worker, orders)).is_complete:
+            made = {order for rendered in found.rendered for order in rendered.orders}
+            orders = [replace(order, known=self._known(order.tile)) for order in orders if order not in made]
+
+    async def _look_apart(self, worker: Worker, wanted: set[Size]) -> None:
+        """Render the frames one by one, since one of them may have ended the worker: it is not tried again."""
+        await self._take(worker, ())
+        orders = self._orders(wanted)
+        for vehicle_id in dict.fromkeys(order.tile.vehicle_id for order in orders):
+            apart = [order for order in orders if order.tile.vehicle_id == vehicle_id]
+            for order in apart:
+                self._try((order.tile, order.width_px), order.known, self._now_s())
+            await self._take(worker, apart)
+        self._is_careful = False
+
+    def _orders(self, wanted: set[Size]) -> list[Order]:
+        """Return the cameras' tiles whose rate allows another picture, those first that have waited longest."""
+        rested = [size for size in wanted if size[0].vehicle_id is not None and self._is_rested(size)]
+        rested.sort(key=lambda size: (self._tried_at_s.get(size, -math.inf), size))
+        return [Order(*size, self._known(size[0]), self._tried.get(size, 0)) for size in rested]
+
+    def _known(self, tile: TileName) -> int:
+        """Return the number of the newest frame that a tile can be rendered from; 0 while there is none."""
+        known = self._newest.get(tile.vehicle_id) if tile.vehicle_id is not None else None
+        return known[0].number if known is not None and tile.kind in known[0].kinds else 0
+
+    async def _take(self, worker: Worker, orders: Sequence[Order]) -> Look:
+        """Look at the record, and take what was found and made."""
+        begin_s, until_utc_s = self._now_s(), self.source.until_utc_s
+        after = self._after if until_utc_s is None else 0
+        found = await worker.run(look, self.source.folder, after, until_utc_s, orders)
+        if until_utc_s is not None:  # a replay may have gone back to where some had no frame yet
+            there = {frame.vehicle_id for frame in found.newest}
+            self._forget([size for size in self._tried if size[0].vehicle_id not in there | {None}])
+            self._newest.clear()
+        now_s = self._now_s()
+        for frame in found.newest:
+            self._newest[frame.vehicle_id] = frame, now_s
+            self._after = max(self._after, frame.number)
+        for rendered in found.rendered:
+            self._show_frame(rendered, begin_s)
+        return found
+
+    def _show_frame(self, rendered: RenderedFrame, begin_s: float) -> None:
+        sizes = [(order.tile, order.width_px) for order in rendered.orders]
+        for size in sizes:
+            self._try(size, rendered.number, begin_s)
+        if rendered.fault:
+            _log.warning("Live pictures: %s", rendered.fault)
+            return
+        frame, seen_at_s = self._newest[rendered.vehicle_id]
+        place = viewed_place(frame, self.source.ground_amsl_m())
+        for size, picture in zip(sizes, rendered.pictures, strict=True):
             self._show(size, Slot(self._next_version(), picture, frame.utc_s, seen_at_s, place))
 
+    def _forget(self, sizes: Sequence[Size]) -> None:
+        for size in sizes:
+            self._slots.pop(size, None)
+            self._tried.pop(size, None)
+            self._tried_at_s.pop(size, None)
+
+    def _is_due(self, size: Size, origin: int) -> bool:
+        return self._is_rested(size) and self._tried.get(size) != origin
+
+    def _is_rested(self, size: Size) -> bool:
+        interval_s = EARLY / self.settings.rate_hz
+        return self._now_s() - self._tried_at_s.get(size, -math.inf) >= interval_s
+
+    def _try(self, size: Size, origin: int, begin_s: float) -> None:
+        """Note that a picture is being made: what cannot be rendered is not tried again and again."""
+        self._tried[size] = origin
+        self._tried_at_s[size] = begin_s
+
     async def _render_raster(self, worker: Worker, raster: Picture, size: Size) -> None:
-        self._try([size], raster.step)
         utc_s, seen_at_s = self.source.picture_utc_s(raster), self._now_s()
+        self._try(size, raster.step, seen_at_s)
         place = raster_place(raster, self.source.origin())
         try:
             picture = await worker.run(render_raster, raster.png, size[1])

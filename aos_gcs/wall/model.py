@@ -91,6 +91,18 @@ class FrameFacts:
 
 
 @dataclass(frozen=True, slots=True)
+class Order:
+    """A camera's tile that is due in a size."""
+
+    tile: TileName
+    width_px: int
+    known: int
+    """Number of the camera's newest frame that is known; 0 where there is none."""
+    former: int
+    """Number of the frame that was rendered last, or could not be; 0 where there is none."""
+
+
+@dataclass(frozen=True, slots=True)
 class ThermalScale:
     """Values of the darkest and the brightest colour of a thermal picture."""
 
@@ -109,6 +121,28 @@ class TilePicture:
     height_px: int
     scale: ThermalScale | None
     """None for colours, and for temperatures whose scale is relative."""
+
+
+@dataclass(frozen=True, slots=True)
+class RenderedFrame:
+    """Orders that one frame was rendered for, one at least."""
+
+    vehicle_id: int
+    number: int
+    orders: tuple[Order, ...]
+    pictures: tuple[TilePicture, ...]
+    """One per order; none where the frame is damaged."""
+    fault: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """What one look at the record has found and made."""
+
+    newest: tuple[FrameFacts, ...]
+    rendered: tuple[RenderedFrame, ...]
+    is_complete: bool
+    """Whether all orders were seen to."""
 
 
 @dataclass(frozen=True, slots=True)

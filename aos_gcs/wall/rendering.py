@@ -8,32 +8,72 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.errors import InputDataError
-from aos_gcs.imaging.pictures import CONTRAST_SAMPLES, THERMAL_CONTRAST_PERCENTILES, shade_integral
+from aos_gcs.imaging.pictures import COLOUR_BANDS, CONTRAST_SAMPLES, THERMAL_CONTRAST_PERCENTILES, shade_integral
 from aos_gcs.store.frame_entry import FrameEntry
+from aos_gcs.store.images import StoredBands
 from aos_gcs.store.reader import MissionReader
-from aos_gcs.wall.model import FrameFacts, ThermalScale, TileKind, TilePicture
+from aos_gcs.wall.model import FrameFacts, Look, Order, RenderedFrame, ThermalScale, TileKind, TilePicture
 
+MOST_FRAMES: Final = 4
+"""Number of frames that one look renders: a call of the worker has a limit of time, whatever the size of the frames."""
 _JPEG_OPTIONS: Final = [cv2.IMWRITE_JPEG_QUALITY, 75]
 _THERMAL: Final = "thermal"
+_REDUCIBLE: Final = (np.uint8, np.uint16, np.float32)
+"""Types of numbers that OpenCV reduces."""
 _OUTSIDE: Final = 24
 """Grey of cells that no frame covers."""
 
 
-def newest_frames(folder: Path, after: int, until_utc_s: float | None) -> tuple[FrameFacts, ...]:
-    """Return the newest frame of each vehicle among those after a number, and exposed until a time.
+def look(folder: Path, after: int, until_utc_s: float | None, orders: Sequence[Order]) -> Look:
+    """Return the newest frame of each vehicle among those after a number, and pictures of the tiles that are due.
+
+    One call for both, since to open the record costs as much as to render a small tile. At most ``MOST_FRAMES`` frames
+    are rendered, in the sequence of the orders.
+
+    Args:
+        folder: mission folder.
+        after: number of the newest frame that is known.
+        until_utc_s: time of exposure until which frames are looked for; None: all.
+        orders: tiles that are due. What shows the newest frame of its camera already is left as it is.
 
     Raises:
         InputDataError: there is no record, or it is damaged.
     """
+    rendered: list[RenderedFrame] = []
     with MissionReader(folder) as reader:
-        return tuple(map(frame_facts, reader.newest_frames(after, until_utc_s)))
+        newest = tuple(map(frame_facts, reader.newest_frames(after, until_utc_s)))
+        found = {facts.vehicle_id: facts for facts in newest}
+        for vehicle_id in dict.fromkeys(order.tile.vehicle_id for order in orders if order.tile.vehicle_id is not None):
+            of_vehicle = [order for order in orders if order.tile.vehicle_id == vehicle_id]
+            number, due = _due(of_vehicle, found.get(vehicle_id))
+            if not due:
+                continue
+            if len(rendered) == MOST_FRAMES:
+                return Look(newest, tuple(rendered), is_complete=False)
+            rendered.append(_render_orders(reader, vehicle_id, number, due))
+    return Look(newest, tuple(rendered), is_complete=True)
+
+
+def _due(orders: Sequence[Order], found: FrameFacts | None) -> tuple[int, tuple[Order, ...]]:
+    """Return the newest frame of a camera and the orders that it was not rendered for."""
+    number = orders[0].known if found is None else found.number
+    there = [order for order in orders if (order.known if found is None else order.tile.kind in found.kinds)]
+    return number, tuple(order for order in there if order.former != number)
+
+
+def _render_orders(reader: MissionReader, vehicle_id: int, number: int, orders: tuple[Order, ...]) -> RenderedFrame:
+    try:
+        pictures = _rendered(reader.frame(number), [(order.tile.kind, order.width_px) for order in orders])
+    except InputDataError as error:
+        return RenderedFrame(vehicle_id, number, orders, (), str(error))
+    return RenderedFrame(vehicle_id, number, orders, pictures)
 
 
 def render_frame(folder: Path, number: int, wanted: Sequence[tuple[TileKind, int]]) -> tuple[TilePicture, ...]:
@@ -43,8 +83,7 @@ def render_frame(folder: Path, number: int, wanted: Sequence[tuple[TileKind, int
         InputDataError: the frame is missing or damaged, or has no such kind.
     """
     with MissionReader(folder) as reader:
-        capture = reader.frame(number).load()
-    return tuple(_picture(capture.image, capture.bands, kind, width_px) for kind, width_px in wanted)
+        return _rendered(reader.frame(number), wanted)
 
 
 def render_raster(png: bytes, width_px: int) -> TilePicture:
@@ -87,16 +126,35 @@ def kinds_of(bands: tuple[str, ...]) -> tuple[TileKind, ...]:
     return (TileKind.COLOUR,) * has_other + (TileKind.THERMAL,) * has_thermal
 
 
-def _picture(image: NDArray[np.generic], bands: tuple[str, ...], kind: TileKind, width_px: int) -> TilePicture:
-    if kind not in kinds_of(bands):
-        raise InputDataError(f"the frame has no {kind} band; it has {', '.join(bands)}")
+def _rendered(entry: FrameEntry, wanted: Sequence[tuple[TileKind, int]]) -> tuple[TilePicture, ...]:
+    bands = entry.bands()
+    there = kinds_of(bands)
+    for kind, _ in wanted:
+        if kind not in there:
+            raise InputDataError(f"the frame has no {kind} band; it has {', '.join(bands)}")
+    kinds = list(dict.fromkeys(kind for kind, _ in wanted))
+    shown = [_shown_bands(bands, kind) for kind in kinds]
+    stored = dict(zip(kinds, zip(shown, entry.load_bands(shown), strict=True), strict=True))
+    return tuple(_picture(*stored[kind], kind, width_px) for kind, width_px in wanted)
+
+
+def _shown_bands(bands: tuple[str, ...], kind: TileKind) -> tuple[str, ...]:
+    """Return the bands that a tile shows: in colour, red, green and blue or else the first one that is not thermal."""
     if kind is TileKind.THERMAL:
-        is_celsius = image.dtype == np.float32
-        return _thermal(_reduced(image[:, :, bands.index(_THERMAL)].astype(np.float32), width_px), is_celsius)
-    others = [index for index, band in enumerate(bands) if band != _THERMAL]
-    small = _reduced(image[:, :, others].astype(np.float32), width_px)
-    small = small.reshape(*small.shape[:2], len(others))  # OpenCV drops a single band
-    rgba = shade_integral(small, tuple(bands[index] for index in others))
+        return (_THERMAL,)
+    if all(band in bands for band in COLOUR_BANDS):
+        return COLOUR_BANDS
+    return (next(band for band in bands if band != _THERMAL),)
+
+
+def _picture(bands: tuple[str, ...], stored: StoredBands, kind: TileKind, width_px: int) -> TilePicture:
+    values = stored.values if stored.values.dtype in _REDUCIBLE else stored.values.astype(np.float32)
+    # Reduced in the numbers of the file: what is left out need not be converted.
+    small = _reduced(values, width_px).reshape(-1, min(width_px, values.shape[1]), values.shape[2])
+    if kind is TileKind.THERMAL:
+        band = stored.as_seen(small[:, :, 0]).astype(np.float32, copy=False)
+        return _thermal(band, is_celsius=stored.is_centikelvin or stored.values.dtype == np.float32)
+    rgba = shade_integral(small.astype(np.float32), bands)
     return _encoded(cv2.cvtColor(rgba, cv2.COLOR_RGBA2BGR), None)
 
 
@@ -110,12 +168,12 @@ def _thermal(band: NDArray[np.float32], is_celsius: bool) -> TilePicture:
     return _encoded(coloured, ThermalScale(low, high, is_celsius))
 
 
-def _reduced(image: NDArray[np.float32], width_px: int) -> NDArray[np.float32]:
-    """Return an image of a width, of the same shape otherwise, or as it is where it is narrower."""
+def _reduced(image: NDArray[Any], width_px: int) -> NDArray[Any]:
+    """Return an image of a width, of the same type, or as it is where it is narrower; a single channel has no axis."""
     rows, columns = image.shape[:2]
     if columns > width_px:
         size = width_px, max(1, round(rows * width_px / columns))
-        return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), dtype=np.float32)
+        return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA))
     return image
 
 

@@ -10,6 +10,7 @@ from typing import ParamSpec, TypeVar
 
 import numpy as np
 
+from aos_gcs.errors import WorkerError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.geometry.poses import nadir_pose
@@ -17,7 +18,7 @@ from aos_gcs.mission.control import MissionView
 from aos_gcs.ports import Capture
 from aos_gcs.store.database import MissionDatabase
 from aos_gcs.wall.board import Wall
-from aos_gcs.wall.model import WallSettings
+from aos_gcs.wall.model import Look, WallSettings
 from aos_gcs.wall.source import ReplayedTime, WallSource
 from tests.fakes.mission import ORIGIN
 
@@ -45,6 +46,10 @@ class CountedWorker:
 
     def __init__(self) -> None:
         self.calls: list[str] = []
+        self.rendered: list[int] = []
+        """Numbers of the frames that were rendered."""
+        self.deadly: set[int] = set()
+        """Numbers of frames that end it when they are rendered."""
         self.failure: Exception | None = None
         """Raised by the next call."""
         self.is_open = False
@@ -54,7 +59,13 @@ class CountedWorker:
         if self.failure is not None:
             failure, self.failure = self.failure, None
             raise failure
-        return function(*args, **kwargs)
+        result = function(*args, **kwargs)
+        if isinstance(result, Look):
+            numbers = [frame.number for frame in result.rendered]
+            if self.deadly.intersection(numbers):
+                raise WorkerError("Live pictures has ended")
+            self.rendered += numbers
+        return result
 
     @asynccontextmanager
     async def opened(self) -> AsyncIterator[CountedWorker]:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.errors import InputDataError
 from aos_gcs.radiometry import celsius_from_centikelvin
-from aos_gcs.store.images import EncodedImage, decode_image, encode_image
+from aos_gcs.store.images import EncodedImage, decode_bands, decode_image, encode_image
 
 RGBT = ("red", "green", "blue", "thermal")
 
@@ -92,3 +92,43 @@ def test_a_file_that_claims_more_than_it_holds_is_refused(suffix: str) -> None:
         content[place : place + 11] = b"(60000, 60)"
     with pytest.raises(InputDataError, match="damaged"):
         decode_image(EncodedImage(suffix, bytes(content)), ("grey",), "uint8")
+
+
+@pytest.mark.parametrize(
+    ("bands", "dtype"),
+    [
+        (RGBT, np.float32),
+        (RGBT, np.uint8),
+        (("thermal", "red", "green", "blue"), np.float32),
+        (("red", "green", "blue", "grey", "thermal"), np.float32),
+        (("grey", "thermal"), np.float32),
+        (("grey",), np.uint16),
+        (("thermal",), np.uint16),
+    ],
+)
+@pytest.mark.parametrize("is_exact", [True, False])
+def test_some_bands_are_those_of_the_whole_image(bands: tuple[str, ...], dtype: type, is_exact: bool) -> None:
+    image = np.random.default_rng(5).integers(0, 256, (8, 9, len(bands))).astype(dtype)
+    if dtype == np.float32 and "thermal" in bands:
+        image[..., bands.index("thermal")] = celsius_from_centikelvin(np.full((8, 9), 28000, dtype=np.uint16))
+        image[0, 0, bands.index("thermal")] += 0.0 if is_exact else 0.001
+    encoded = encode_image(image, bands)
+    for wanted in (("thermal",), ("red", "green", "blue"), ("blue", "red"), ("grey",)):
+        if set(wanted) <= set(bands):
+            stored = decode_bands(encoded, bands, image.dtype.name, wanted)
+            expected = image[..., [bands.index(band) for band in wanted]]
+            np.testing.assert_array_equal(stored.as_seen(stored.values), expected)
+
+
+def test_bands_of_a_damaged_file_and_such_that_are_not_there_are_refused() -> None:
+    encoded = encode_image(rgbt_image(), RGBT)
+    cut = EncodedImage(encoded.suffix, encoded.content[:-2000])
+    for file, wanted in ((cut, "thermal"), (EncodedImage(".tiff", b"II*"), "red"), (encoded, "grey")):
+        with pytest.raises(InputDataError, match="damaged"):
+            decode_bands(file, RGBT, "float32", (wanted,))
+
+
+def test_fewer_pages_than_bands_are_noticed() -> None:
+    colour = encode_image(rgbt_image()[..., :3], RGBT[:3])
+    with pytest.raises(InputDataError, match="damaged"):
+        decode_bands(colour, RGBT, "float32", ("thermal",))

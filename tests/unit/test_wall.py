@@ -16,7 +16,7 @@ from aos_gcs.mission.model.steps import Picture, PictureKind
 from aos_gcs.wall.board import LINGER_S, Wall
 from aos_gcs.wall.model import FrameFacts, TileKind, TileName
 from aos_gcs.wall.places import viewed_place
-from aos_gcs.wall.rendering import newest_frames, render_frame, render_raster
+from aos_gcs.wall.rendering import MOST_FRAMES
 from aos_gcs.wall.watch import HEARTBEAT_S, WallUpdate, Watch
 from tests.fakes.mission import ORIGIN, ScriptedMission
 from tests.fakes.recording import HandClock
@@ -73,7 +73,7 @@ async def test_a_picture_is_made_once_for_all_viewers(wall: Wall, record: Growin
     image = cv2.imdecode(np.frombuffer(jpegs.pop(), np.uint8), cv2.IMREAD_COLOR)
     assert image is not None
     assert image.shape == (48, WIDTH_PX, 3)
-    assert worker.calls.count("render_frame") == 1
+    assert len(worker.rendered) == 1
 
 
 async def test_nothing_is_done_while_nobody_watches(wall: Wall, record: GrowingRecord, worker: CountedWorker) -> None:
@@ -104,7 +104,7 @@ async def test_only_what_is_watched_is_rendered(wall: Wall, record: GrowingRecor
             await asyncio.sleep(2.0)
     assert set(update.pictures) == {SECOND}
     assert update.tiles == (FIRST, SECOND)
-    assert worker.calls.count("render_frame") == 1
+    assert len(worker.rendered) == 1
 
 
 async def test_no_more_pictures_than_the_rate_and_a_slow_viewer_has_the_newest(
@@ -122,7 +122,7 @@ async def test_no_more_pictures_than_the_rate_and_a_slow_viewer_has_the_newest(
             shown_at_utc_s = late.pictures[FIRST].utc_s
             times_s = await counts
     assert 15 <= len(times_s) <= 21
-    assert worker.calls.count("render_frame") <= 21
+    assert len(worker.rendered) <= 21
     assert utc_s() - shown_at_utc_s < 1.0
     assert len(late.pictures) == 1
 
@@ -214,6 +214,60 @@ async def test_a_worker_that_fails_costs_a_moment(wall: Wall, record: GrowingRec
             assert (await next_pictures(watch)).pictures
 
 
+async def test_a_frame_that_ends_the_worker_costs_only_itself(
+    wall: Wall, record: GrowingRecord, worker: CountedWorker
+) -> None:
+    for vehicle_id in (1, 2, 3):
+        record.add(vehicle_id, START_UTC_S)
+    worker.deadly = {2}
+    others = {FIRST, TileName(3, TileKind.COLOUR)}
+    async with running(wall):
+        with wall.watch() as watch:
+            watch.choose((FIRST, SECOND, TileName(3, TileKind.COLOUR)))
+            shown: set[TileName] = set()
+            while shown != others:
+                shown |= set((await next_pictures(watch)).pictures)
+            calls = len(worker.calls)
+            await asyncio.sleep(10.0)
+            assert (len(worker.calls) - calls, sorted(worker.rendered)) == (pytest.approx(1, abs=1), [1, 3])
+            record.add(2, utc_s())
+            assert set((await next_pictures(watch)).pictures) == {SECOND}
+
+
+async def test_more_cameras_than_one_call_renders_are_all_shown_at_once(
+    wall: Wall, record: GrowingRecord, worker: CountedWorker
+) -> None:
+    tiles = tuple(TileName(one, TileKind.COLOUR) for one in range(1, 2 * MOST_FRAMES + 2))
+    for tile in tiles:
+        assert tile.vehicle_id is not None
+        record.add(tile.vehicle_id, START_UTC_S)
+    async with running(wall):
+        with wall.watch() as watch:
+            watch.choose(tiles)
+            began_s = utc_s()
+            shown = set((await next_pictures(watch)).pictures)
+            while shown != set(tiles):
+                shown |= set((await next_pictures(watch)).pictures)
+            assert utc_s() - began_s < 0.5
+    assert worker.calls == ["look"] * 3
+
+
+async def test_the_worker_is_asked_nothing_while_the_record_stays_as_it_is(
+    wall: Wall, record: GrowingRecord, worker: CountedWorker
+) -> None:
+    record.add(1, START_UTC_S)
+    async with running(wall):
+        with wall.watch() as watch:
+            watch.choose((FIRST,))
+            await next_pictures(watch)
+            await asyncio.sleep(1.0)
+            calls = len(worker.calls)
+            await asyncio.sleep(60.0)
+            assert len(worker.calls) == calls
+            record.add(1, utc_s())
+            assert (await next_pictures(watch)).pictures
+
+
 async def test_an_error_that_nobody_foresaw_is_logged_and_the_wall_goes_on(
     wall: Wall, record: GrowingRecord, worker: CountedWorker, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -285,37 +339,6 @@ async def test_a_replay_shows_the_frames_of_its_time_and_goes_back(
             assert update.pictures[FIRST].utc_s == START_UTC_S + 3.0
             assert (await watch.take()).tiles == (FIRST,)
             assert wall.slot(SECOND, is_large=False) is None
-
-
-def test_temperatures_have_a_scale_in_degrees(record: GrowingRecord) -> None:
-    record.add(3, START_UTC_S, bands=(*COLOURS, "thermal"))
-    (facts,) = newest_frames(record.folder, 0, None)
-    assert facts.kinds == (TileKind.COLOUR, TileKind.THERMAL)
-    colour, thermal = render_frame(record.folder, facts.number, [(TileKind.COLOUR, 64), (TileKind.THERMAL, 40)])
-    assert colour.scale is None
-    assert thermal.scale is not None
-    assert (thermal.scale.low, thermal.scale.high) == pytest.approx((12.0, 34.0), abs=0.5)
-    assert thermal.scale.is_celsius
-    image = cv2.imdecode(np.frombuffer(thermal.jpeg, np.uint8), cv2.IMREAD_COLOR)
-    assert image is not None
-    assert image[12, 12].sum() > 400
-    assert image[2, 2].sum() < 100
-
-
-COLOURS = ("red", "green", "blue")
-
-
-@pytest.mark.parametrize("bands", [("thermal",), ("grey",), ("grey", "thermal")])
-def test_cameras_of_any_bands_have_tiles(record: GrowingRecord, bands: tuple[str, ...]) -> None:
-    record.add(1, START_UTC_S, bands=bands)
-    (facts,) = newest_frames(record.folder, 0, None)
-    pictures = render_frame(record.folder, facts.number, [(kind, 400) for kind in facts.kinds])
-    assert [(picture.width_px, picture.height_px) for picture in pictures] == [(80, 60)] * len(bands)
-
-
-def test_what_is_no_raster_is_refused() -> None:
-    with pytest.raises(InputDataError, match="raster"):
-        render_raster(b"nothing", 64)
 
 
 def facts(axis_enu: tuple[float, float, float], up_m: float = 35.0) -> FrameFacts:

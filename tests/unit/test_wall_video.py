@@ -17,7 +17,7 @@ from aos_gcs.runtime import wall_video
 from aos_gcs.runtime.wall_video import write_wall_video
 from aos_gcs.wall.composition import Shot, Track, compose, wall_size
 from aos_gcs.wall.model import TileKind, TileName, TilePicture, ViewedPlace
-from aos_gcs.wall.rendering import newest_frames, render_frame
+from aos_gcs.wall.rendering import look, render_frame
 from tests.fakes.wall import START_UTC_S, GrowingRecord
 
 av = pytest.importorskip("av")
@@ -134,7 +134,7 @@ def test_a_full_disk_is_named_and_leaves_nothing(
 
 
 def shot(record: GrowingRecord, utc_s: float) -> Callable[[], TilePicture]:
-    (frame,) = newest_frames(record.folder, 0, utc_s)
+    (frame,) = look(record.folder, 0, utc_s, ()).newest
     return lambda: render_frame(record.folder, frame.number, [(TileKind.COLOUR, 64)])[0]
 
 
