@@ -180,6 +180,21 @@ class Sighting:
     """Views of the step's own frames; at least one."""
     settled: bool = False
     """It lies at a place that has been looked at: nothing leads a swarm there again."""
+    suspected: bool = False
+    """It lies at a place where something warm may be a person."""
+
+
+@dataclass(frozen=True, slots=True)
+class KnownPlaces:
+    """What is known of the ground before a step's frames are judged: horizontal places, east and north."""
+
+    settled_enu_m: tuple[tuple[float, float], ...] = ()
+    """Places that have been looked at: a blob there leads nobody, but is still among the sightings."""
+    suspected_enu_m: tuple[tuple[float, float], ...] = ()
+    """Places of warm bodies that may be persons: blobs around one are one blob, and lead however small they are."""
+
+
+NOTHING_KNOWN = KnownPlaces()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -224,7 +239,7 @@ class StepAnalysis:
     anomaly_count: NDArray[np.uint16]
     """Number of frames that mark each cell, shape (rows, columns); those of the history count."""
     blob: Blob | None
-    """The largest that is not at a settled place; None when no frame of the step marks a cell of one."""
+    """The first of the sightings that is not at a settled place; None when no frame of the step marks a cell of one."""
     vehicle_ids: tuple[int, ...]
     """Vehicles of the frames that took part."""
     fitness: NDArray[np.float64]
@@ -234,7 +249,7 @@ class StepAnalysis:
     masks: VehicleMasks | None = None
     """Masks around the largest blob; None when there is none."""
     sightings: tuple[Sighting, ...] = ()
-    """All blobs, at most ``MAX_SIGHTINGS``, the largest first; those at settled places after the others."""
+    """All blobs, at most ``MAX_SIGHTINGS``: those at suspected places, then the largest first; settled ones last."""
     skipped: Mapping[int, str] = field(default_factory=dict)
     """Reason why a frame took no part, by vehicle."""
     present_m2: float = 0.0

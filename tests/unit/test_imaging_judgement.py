@@ -11,7 +11,7 @@ import pytest
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import nadir_pose
 from aos_gcs.imaging.detection.marks import NO_MARKS, Marks
-from aos_gcs.imaging.model import FocalGrid, Frame
+from aos_gcs.imaging.model import FocalGrid, Frame, KnownPlaces
 from aos_gcs.imaging.step.agreement import agreeing_frames
 from aos_gcs.imaging.step.blobs import BlobCells
 from aos_gcs.imaging.step.judgement import judge
@@ -106,5 +106,28 @@ def test_what_few_vehicles_mark_is_settled_farther_from_its_place(vehicles: int,
     frames = [marked(vehicle_id, (20, 20), (20, 21)) for vehicle_id in range(1, vehicles + 1)]
     (sighting,) = judge(frames, GRID, (), SETTINGS).sightings
     east_m, north_m, _ = sighting.blob.centroid_enu_m
-    (again,) = judge(frames, GRID, (), SETTINGS, [(east_m + 2.5, north_m)]).sightings
+    (again,) = judge(frames, GRID, (), SETTINGS, KnownPlaces(((east_m + 2.5, north_m),))).sightings
     assert again.settled is settled
+
+
+def test_pieces_at_a_suspected_place_are_one_blob_that_comes_before_larger_ones() -> None:
+    """Five vehicles saw a person in pieces, none of which was large enough to draw the swarm."""
+    pieces = [marked(1, (20, 20)), marked(2, (20, 22)), marked(3, (22, 20), (5, 5), (5, 6), (6, 5), (6, 6))]
+    assert [one.blob.area_m2 for one in judge(pieces, GRID, (), SETTINGS).sightings] == [1.0, 0.25, 0.25, 0.25]
+    suspected = KnownPlaces(suspected_enu_m=((0.5, -0.5),))
+    judgement = judge(pieces, GRID, (), SETTINGS, suspected)
+    person, other = judgement.sightings
+    assert (person.blob.area_m2, person.blob.vehicle_ids, person.suspected) == (0.75, (1, 2, 3), True)
+    assert (other.blob.area_m2, other.suspected) == (1.0, False)
+    assert judgement.blob == person.blob
+    assert judgement.fitness.tolist() == [0.25, 0.25, 0.25]
+    settled = judge(pieces, GRID, (), SETTINGS, dataclasses.replace(suspected, settled_enu_m=((0.5, -0.5),)))
+    assert [one.settled for one in settled.sightings] == [False, True]
+
+
+def test_one_frame_is_enough_for_a_blob_at_a_suspected_place() -> None:
+    frames = [marked(1, (20, 20), (5, 5)), marked(2), marked(3)]
+    asking = ImagingSettings(gap_cells=0, agreeing_frames=2)
+    assert judge(frames, GRID, (), asking).sightings == ()
+    (sighting,) = judge(frames, GRID, (), asking, KnownPlaces(suspected_enu_m=((0.5, -0.5),))).sightings
+    assert sighting.blob.centroid_enu_m == pytest.approx((0.25, -0.25, 0.0))

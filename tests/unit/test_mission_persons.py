@@ -221,3 +221,27 @@ def test_what_was_seen_before_is_moved_to_the_plane_of_the_latest_step() -> None
     for moved, seen in zip(watch.steps[0], afresh.steps[0], strict=True):
         np.testing.assert_allclose(moved.points_enu_m, seen.points_enu_m, atol=1e-9)
     assert before.on_plane(0.0).plane_height_m == watch.plane_height_m == 0.0
+
+
+def test_what_may_be_a_person_is_suspected_wherever_it_is() -> None:
+    """A person between leaves shows too little to be marked: nobody asked what was warm there."""
+    watch, judgements = watch_persons(PersonWatch(), [person(1), person(2)], 0.0, {}, Uncertainty())
+    assert judgements == {}
+    assert watch.suspects_enu_m == (pytest.approx(tuple(PLACE_ENU_M), abs=0.3),)
+    assert watch.without_steps().suspects_enu_m == ()
+
+
+def test_neither_a_lukewarm_stone_nor_what_one_vehicle_sees_is_suspected() -> None:
+    stones = [warm_frame(vehicle_id, clothes_k=5.0, skin_k=5.0, size_m=0.3) for vehicle_id in (1, 2, 3)]
+    for frames in (stones, [person(1)]):
+        watch, _ = watch_persons(PersonWatch(), frames, 0.0, {}, Uncertainty())
+        assert watch.suspects_enu_m == ()
+
+
+def test_in_flight_a_body_that_may_be_warmer_than_it_looks_is_suspected() -> None:
+    def smeared(clothes_k: float, skin_k: float) -> PersonWatch:
+        frames = [replace(warm_frame(one, clothes_k=clothes_k, skin_k=skin_k), speed_mps=5.0) for one in (1, 2)]
+        return watch_persons(PersonWatch(), frames, 0.0, {}, Uncertainty())[0]
+
+    assert len(smeared(7.0, 13.0).suspects_enu_m) == 1
+    assert smeared(5.0, 6.0).suspects_enu_m == ()

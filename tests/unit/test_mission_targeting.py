@@ -222,6 +222,13 @@ def test_one_vehicle_with_a_poor_compass_has_a_long_ellipse() -> None:
     assert abs(math.sin(estimate.ellipse.heading_rad)) < 0.01  # north and south, across the line of sight
 
 
+def test_a_suspected_blob_is_in_view_however_small_it_is() -> None:
+    view = BlobView(1, np.array([10.0, 0.0]), 0.01, CAMERA, nadir_pose([0.0, 0.0, 35.0]))
+    small = Sighting(Blob(0.01, (10.0, 0.0, 0.0), 1, (1,)), (view,))
+    for sighting, is_in_view in ((small, False), (replace(small, suspected=True), True)):
+        assert TargetTracker(SETTINGS).observe(analysis(sighting), 1.0) is is_in_view
+
+
 def test_the_ellipse_of_a_covariance() -> None:
     along = np.array([math.sin(0.5), math.cos(0.5)])
     across = np.array([along[1], -along[0]])

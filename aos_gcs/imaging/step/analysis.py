@@ -7,7 +7,15 @@ from functools import partial
 from typing import TypeAlias
 
 from aos_gcs.imaging.focal_plane import choose_grid
-from aos_gcs.imaging.model import AnomalySource, FocalGrid, Frame, KeptView, StepAnalysis
+from aos_gcs.imaging.model import (
+    NOTHING_KNOWN,
+    AnomalySource,
+    FocalGrid,
+    Frame,
+    KeptView,
+    KnownPlaces,
+    StepAnalysis,
+)
 from aos_gcs.imaging.step.examination import ExaminedFrame, examine
 from aos_gcs.imaging.step.frame_checks import usable_frames
 from aos_gcs.imaging.step.integration import integrate
@@ -25,7 +33,7 @@ def analyse_step(
     settings: ImagingSettings,
     history: Sequence[KeptView] = (),
     known: Callable[[Frame], ExaminedFrame] | None = None,
-    settled_enu_m: Sequence[tuple[float, float]] = (),
+    places: KnownPlaces = NOTHING_KNOWN,
 ) -> StepAnalysis:
     """Examine frames, mark anomalies, and judge which blob is the largest and which vehicle leads.
 
@@ -40,7 +48,7 @@ def analyse_step(
             blob of theirs alone is none. Leader, fitness and views of blobs are of the frames only.
         known: a cached :func:`~aos_gcs.imaging.step.examination.examine` of these very frames, for callers that analyse
             them on several planes: it does not depend on the plane.
-        settled_enu_m: horizontal places that have been looked at; blobs there are seen, but lead no vehicle.
+        places: places that have been looked at, and those of what may be a person.
 
     Raises:
         UnusableFramesError: if no frame can be used; it gives the reasons.
@@ -48,31 +56,31 @@ def analyse_step(
     """
     examined = parallel_map(partial(examine, settings=settings) if known is None else known, frames)
     if settings.anomaly_source is AnomalySource.MASKS:
-        return analyse_examined(examined, settings, history, settled_enu_m)
+        return analyse_examined(examined, settings, history, places)
     frame_of = dict(zip(map(id, examined), frames, strict=True))
 
     def mark_anomalies(projected: Sequence[ProjectedFrame], grid: FocalGrid) -> list[MarkedFrame]:
         integral = integrate([frame_of[id(one.frame)] for one in projected], grid)
         return mark_in_integral(projected, integral, settings)
 
-    return _analyse(examined, settings, history, settled_enu_m, mark_anomalies)
+    return _analyse(examined, settings, history, places, mark_anomalies)
 
 
 def analyse_examined(
     frames: Sequence[ExaminedFrame],
     settings: ImagingSettings,
     history: Sequence[KeptView] = (),
-    settled_enu_m: Sequence[tuple[float, float]] = (),
+    places: KnownPlaces = NOTHING_KNOWN,
 ) -> StepAnalysis:
     """Return what :func:`analyse_step` does, for frames that have been examined and are marked one by one."""
-    return _analyse(frames, settings, history, settled_enu_m, lambda projected, _: mark(projected))
+    return _analyse(frames, settings, history, places, lambda projected, _: mark(projected))
 
 
 def _analyse(
     frames: Sequence[ExaminedFrame],
     settings: ImagingSettings,
     history: Sequence[KeptView],
-    settled_enu_m: Sequence[tuple[float, float]],
+    places: KnownPlaces,
     mark_frames: _Mark,
 ) -> StepAnalysis:
     usable = usable_frames(frames, settings.plane_height_m)
@@ -81,7 +89,7 @@ def _analyse(
     projected = [ProjectedFrame(frame, view.project(frame)) for frame in usable.frames]
     marked = mark_frames(projected, grid)
     coverage = cover(projected, view.shape)
-    judgement = judge(marked, grid, history, settings, settled_enu_m, coverage=coverage)
+    judgement = judge(marked, grid, history, settings, places, coverage=coverage)
     return StepAnalysis(
         grid=grid,
         coverage=coverage,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -31,6 +32,15 @@ class BlobCells:
         east_m = grid.west_m + (column + 0.5) * grid.resolution_m
         north_m = grid.north_m - (row + 0.5) * grid.resolution_m
         return east_m, north_m, grid.height_m
+
+
+def joined(blobs: Sequence[BlobCells]) -> BlobCells:
+    """Return one blob of the cells of several, at least one."""
+    return BlobCells(
+        np.concatenate([cells.rows for cells in blobs]),
+        np.concatenate([cells.columns for cells in blobs]),
+        np.concatenate([cells.counts for cells in blobs]),
+    )
 
 
 def find_blobs(

@@ -10,9 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.imaging.detection.marks import Marks
-from aos_gcs.imaging.model import MAX_SIGHTINGS, Blob, FocalGrid, KeptView, LeaderCriterion, Sighting, VehicleMasks
+from aos_gcs.imaging.model import (
+    MAX_SIGHTINGS,
+    NOTHING_KNOWN,
+    Blob,
+    FocalGrid,
+    KeptView,
+    KnownPlaces,
+    LeaderCriterion,
+    Sighting,
+    VehicleMasks,
+)
 from aos_gcs.imaging.step.agreement import agreeing_frames
-from aos_gcs.imaging.step.blobs import BlobCells, find_blobs
+from aos_gcs.imaging.step.blobs import BlobCells, find_blobs, joined
 from aos_gcs.imaging.step.history import MarkedView, marks_on, views_to_keep
 from aos_gcs.imaging.step.marking import MarkedFrame
 from aos_gcs.imaging.step.settings import ImagingSettings
@@ -31,6 +41,9 @@ SETTLED_M = 2.0
 SETTLED_BY_FEW_M = 3.0
 """The same for a blob that fewer than ``FEW`` vehicles mark: their errors do not average out."""
 FEW = 3
+SUSPECTED_M = 1.5
+"""Distance from a suspected place within which blobs are pieces of what is there, as far as warm spots of one body
+lie apart."""
 _MOST_WEIGHED = 64
 """Largest number of blobs that are looked at for frames that agree."""
 
@@ -55,7 +68,7 @@ def judge(
     grid: FocalGrid,
     history: Sequence[KeptView],
     settings: ImagingSettings,
-    settled_enu_m: Sequence[tuple[float, float]] = (),
+    places: KnownPlaces = NOTHING_KNOWN,
     *,
     coverage: NDArray[np.uint16] | None = None,
 ) -> StepJudgement:
@@ -66,27 +79,30 @@ def judge(
         grid: raster of the focal plane.
         history: views of earlier steps; they enlarge blobs, and are no blob of their own.
         settings: rules for connecting cells and comparing vehicles.
-        settled_enu_m: places that have been looked at: a blob there leads nobody, but is still among the sightings.
+        places: what is known of the ground: see :class:`~aos_gcs.imaging.model.KnownPlaces`.
         coverage: number of frames that see each cell; None: all see every cell.
     """
     past = [MarkedView(view, marks_on(view, grid)) for view in history]
     present_count = _counted((one.marks for one in marked), np.zeros((grid.rows, grid.columns), dtype=np.uint16))
     anomaly_count = _counted((one.marks for one in past), present_count.copy()) if past else present_count
     needed = settings.agreement_of(marked[0].frame.bands) if marked else 1
-    blobs = [
+    most = MAX_SIGHTINGS if needed == 1 and not places.suspected_enu_m else _MOST_WEIGHED
+    found = [
         cells
-        for cells in find_blobs(
-            anomaly_count, settings.minimum_count, settings.gap_cells, MAX_SIGHTINGS if needed == 1 else _MOST_WEIGHED
-        )
+        for cells in find_blobs(anomaly_count, settings.minimum_count, settings.gap_cells, most)
         if present_count[cells.rows, cells.columns].any()
     ]
+    suspected, others = _suspected(found, grid, places.suspected_enu_m)
+    blobs = [*suspected, *others]
     agreeing = [1 if needed == 1 else agreeing_frames(cells, grid, marked) for cells in blobs]
     # The last frame of a vehicle stands for it.
     present = {one.frame.vehicle_id: one for one in marked}
     seen = [
-        (cells, _settle(_with_agreement(sight(cells, own, grid, marked), count), settled_enu_m))
-        for cells, own, count in zip(blobs, cells_by_frame(blobs, grid, marked), agreeing, strict=True)
-        if count >= _needed(cells, needed, len(marked) if coverage is None else coverage)
+        (cells, _placed(_with_agreement(sight(cells, own, grid, marked), count), places, rank < len(suspected)))
+        for rank, (cells, own, count) in enumerate(
+            zip(blobs, cells_by_frame(blobs, grid, marked), agreeing, strict=True)
+        )
+        if rank < len(suspected) or count >= _needed(cells, needed, len(marked) if coverage is None else coverage)
     ][:MAX_SIGHTINGS]
     seen.sort(key=lambda one: one[1].settled)
     sightings = tuple(sighting for _, sighting in seen)
@@ -113,6 +129,22 @@ def judge(
     )
 
 
+def _suspected(
+    blobs: Sequence[BlobCells], grid: FocalGrid, places_enu_m: Sequence[tuple[float, float]]
+) -> tuple[list[BlobCells], list[BlobCells]]:
+    """Return the blobs at suspected places, those around each as one, and the others.
+
+    Where poses err and leaves hide most of a body, each frame marks another piece of it beside those of the others.
+    """
+    suspected, others = list[BlobCells](), list(blobs)
+    for place_enu_m in places_enu_m:
+        near = [cells for cells in others if math.dist(cells.centroid_enu_m(grid)[:2], place_enu_m) <= SUSPECTED_M]
+        if near:
+            suspected.append(joined(near))
+            others = [cells for cells in others if cells not in near]
+    return suspected, others
+
+
 def _needed(cells: BlobCells, frames: int, seeing: NDArray[np.uint16] | int) -> int:
     """Return how many frames must agree on a blob: no more than see it."""
     seen_by = seeing if isinstance(seeing, int) else int(seeing[cells.rows, cells.columns].max())
@@ -125,12 +157,13 @@ def _with_agreement(sighting: Sighting, agreeing: int) -> Sighting:
     return replace(sighting, blob=replace(blob, max_count=max(blob.max_count, agreeing)))
 
 
-def _settle(sighting: Sighting, settled_enu_m: Sequence[tuple[float, float]]) -> Sighting:
+def _placed(sighting: Sighting, places: KnownPlaces, is_suspected: bool) -> Sighting:
+    """Return a sighting with what is known of its place."""
     centre_enu_m = sighting.blob.centroid_enu_m[:2]
     is_of_few = len({view.vehicle_id for view in sighting.views}) < FEW
     reach_m = SETTLED_BY_FEW_M if is_of_few else SETTLED_M
-    is_settled = any(math.dist(centre_enu_m, place_enu_m) <= reach_m for place_enu_m in settled_enu_m)
-    return replace(sighting, settled=is_settled)
+    is_settled = any(math.dist(centre_enu_m, place_enu_m) <= reach_m for place_enu_m in places.settled_enu_m)
+    return replace(sighting, settled=is_settled, suspected=is_suspected)
 
 
 def _counted(marks: Iterable[Marks], count: NDArray[np.uint16]) -> NDArray[np.uint16]:

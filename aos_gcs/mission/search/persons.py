@@ -11,15 +11,18 @@ from numpy.typing import NDArray
 from aos_gcs.imaging.geolocation import Geolocation, Uncertainty, geolocate
 from aos_gcs.imaging.model import Frame
 from aos_gcs.imaging.persons.bodies import Body, find_bodies
+from aos_gcs.imaging.persons.classifier import MIN_VEHICLES
 from aos_gcs.imaging.persons.decision import FindingKind, Verdict, decide
-from aos_gcs.imaging.persons.evidence import NO_TEMPERATURES, nothing_warm
+from aos_gcs.imaging.persons.evidence import NO_TEMPERATURES, Evidence, gather_evidence, nothing_warm, vantage_points
 from aos_gcs.imaging.persons.spots import can_stand_out, relative_view, spot_at
-from aos_gcs.imaging.persons.warm_bodies import LINK_M, WarmView, warm_view
+from aos_gcs.imaging.persons.warm_bodies import LINK_M, WarmView, warm_bodies, warm_view
 from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.mission.search.sight_lines import SightLines
 
 KEPT_STEPS = 3
 """Number of steps whose frames count; the model of persons is fitted to as many."""
+SUSPICION = 0.2
+"""Probability from which a warm body may be a person, so that it is worth a close look: as many bodies are persons."""
 KEPT_BODIES = 8
 """Number of bodies, those seen last, whose lines of sight are kept."""
 
@@ -44,6 +47,8 @@ class PersonWatch:
     """Lines of sight to warm bodies, by the key of the target: what is taken for a person later has been looked at."""
     plane_height_m: float = 0.0
     """Height of the plane that the points of the steps lie on."""
+    suspects_enu_m: tuple[tuple[float, float], ...] = ()
+    """Horizontal places of warm bodies that may be persons, by all that the steps show."""
 
     def look(self, frames: Sequence[Frame], plane_height_m: float) -> PersonWatch:
         """Return the watch with what is warm in a step's frames, or stands out where none of them tells temperatures.
@@ -63,7 +68,7 @@ class PersonWatch:
 
     def without_steps(self) -> PersonWatch:
         """Return the watch without what was seen; the lines of sight stay: a body that has moved drops its own."""
-        return replace(self, steps=())
+        return replace(self, steps=(), suspects_enu_m=())
 
     def on_plane(self, plane_height_m: float) -> PersonWatch:
         """Return what was seen, without lines of sight, on the plane of another height."""
@@ -100,6 +105,13 @@ class PersonWatch:
         bodies = find_bodies(views, plane_height_m, uncertainty, list(places_enu_m.values()), ground)
         judged = ((key, _judged(place, bodies, views, plane_height_m)) for key, place in places_enu_m.items())
         return {key: judgement for key, judgement in judged if judgement is not None}
+
+    def suspect(self) -> PersonWatch:
+        """Return the watch with the warm bodies that may be persons noted."""
+        views = [view for step in self.steps for view in step if view.radiometric]
+        bodies = (body for body in warm_bodies(views) if vantage_points(body, views) >= MIN_VEHICLES)
+        suspects = (body for body in bodies if _is_suspect(gather_evidence(body, views, self.plane_height_m)))
+        return replace(self, suspects_enu_m=tuple(map(_middle, suspects)))
 
     def locate(
         self,
@@ -146,7 +158,18 @@ def watch_persons(
     """Return the watch after a step, and its judgement of targets at places on the ground, where that is known."""
     after = watch.look(frames, plane_height_m)
     judgements = after.judge(places_enu_m, plane_height_m, uncertainty, ground)
-    return after.locate(judgements, plane_height_m, uncertainty, ground)
+    located, judgements = after.locate(judgements, plane_height_m, uncertainty, ground)
+    return located.suspect(), judgements
+
+
+def _is_suspect(evidence: Evidence) -> bool:
+    verdict = decide(evidence)
+    return (verdict.probability or 0.0) >= SUSPICION or not verdict.is_evidence
+
+
+def _middle(body: Sequence[WarmView]) -> tuple[float, float]:
+    east_m, north_m = np.concatenate([view.points_enu_m for view in body]).mean(axis=0)
+    return float(east_m), float(north_m)
 
 
 def _spot(

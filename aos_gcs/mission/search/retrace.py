@@ -9,7 +9,7 @@ from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.airspace.reference_surface import LEVEL
 from aos_gcs.airspace.terrain import GroundRaster
 from aos_gcs.geometry.geodesy import LocalFrame
-from aos_gcs.imaging.model import Frame, KeptView, StepAnalysis
+from aos_gcs.imaging.model import Frame, KeptView, KnownPlaces, StepAnalysis
 from aos_gcs.imaging.step.analysis import analyse_step
 from aos_gcs.mission.model.decisions import ConclusionRecord, DecisionRecord, FormedLine, SearchRecord
 from aos_gcs.mission.model.phase import Phase
@@ -98,7 +98,8 @@ class Retrace:
         settled_enu_m = decider.settled_enu_m
         self._frames = [self._placed(capture, record) for capture in captures]
         imaging = replace(self._settings.imaging, plane_height_m=record.focal_height_m)
-        analysis = analyse_step(self._frames, imaging, self._history, settled_enu_m=settled_enu_m)
+        places = KnownPlaces(settled_enu_m, self._persons.suspects_enu_m)
+        analysis = analyse_step(self._frames, imaging, self._history, places=places)
         self._analysis, self._history = analysis, analysis.history
         self._findings.adopt(record.edits)
         self._journal.now_s = situation.now_s

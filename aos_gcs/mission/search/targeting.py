@@ -120,7 +120,8 @@ class TargetTracker:
 
         Targets are on the ground in view, where that is known; else on the focal plane.
         """
-        sightings = [seen for seen in analysis.sightings if seen.blob.area_m2 >= self._detection.threshold_m2]
+        least_m2 = self._detection.threshold_m2
+        sightings = [seen for seen in analysis.sightings if seen.suspected or seen.blob.area_m2 >= least_m2]
         lines = [seen.views for seen in sightings]
         places = locate_together(lines, analysis.grid.height_m, self._uncertainty, self._speed_mps, ground)
         self._tracks, track_ids = observe(

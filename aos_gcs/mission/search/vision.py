@@ -15,7 +15,7 @@ from aos_gcs.errors import ImagingError, MissionError, WorkerError
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.imaging.focus.step import follow_focus
 from aos_gcs.imaging.focus.track import FocusTrack, overridden
-from aos_gcs.imaging.model import AnomalySource, Frame, KeptView, StepAnalysis
+from aos_gcs.imaging.model import AnomalySource, Frame, KeptView, KnownPlaces, StepAnalysis
 from aos_gcs.imaging.registration.pose_errors import ErrorBudget, Registration, apply_sure, register
 from aos_gcs.imaging.step.analysis import analyse_examined, analyse_step
 from aos_gcs.mission.context import FlightContext
@@ -99,7 +99,7 @@ class Vision:
         settled_enu_m: Sequence[tuple[float, float]] = (),
         target_enu_m: Sequence[float] | None = None,
     ) -> StepAnalysis:
-        """Analyse the frames of a step; blobs at settled places lead nobody.
+        """Analyse the frames of a step; blobs at settled places lead nobody, those of suspected persons before others.
 
         Args:
             intake: intake of the frames, which is over.
@@ -115,11 +115,12 @@ class Vision:
         placed = self._placed()
         self._follow_ground([frame.pose.position_enu_m for frame in placed] if target_enu_m is None else [target_enu_m])
         imaging = replace(self._context.settings.imaging, plane_height_m=self._focal_height_m)
+        places = KnownPlaces(tuple(settled_enu_m), self._persons.suspects_enu_m)
         if imaging.anomaly_source is AnomalySource.MASKS:
             examined = [replace(intake.examined(frame.vehicle_id), pose=frame.pose) for frame in placed]
-            analysis = await self._run(analyse_examined, examined, imaging, self._history, settled_enu_m)
+            analysis = await self._run(analyse_examined, examined, imaging, self._history, places)
         else:
-            analysis = await self._run(analyse_step, placed, imaging, self._history, settled_enu_m=settled_enu_m)
+            analysis = await self._run(analyse_step, placed, imaging, self._history, places=places)
         self._history = analysis.history
         return analysis
 
