@@ -27,6 +27,9 @@ FIRMWARE_VERSION = 0x01000000
 MAX_PENDING = 4
 """Exposures that may wait to be developed; beyond, the camera is busy."""
 
+INTERVAL_PENDING = 2
+"""Exposures that may wait to be developed before an interval leaves one out: late images are of no use to a search."""
+
 KEPT_CAPTURES = 1000
 """Captures whose CAMERA_IMAGE_CAPTURED can be asked for again."""
 
@@ -63,10 +66,16 @@ class CameraView:
 class _Interval:
     """Captures still to come of an interval command."""
 
-    period_ticks: int
+    command: tuple[int, int]
+    """Ticks between two captures, and their number; 0: endless. A command that repeats it is the same one again."""
     next_tick: int
     remaining: float
     """Infinite when no number was given."""
+
+    @property
+    def period_ticks(self) -> int:
+        """Ticks between two captures."""
+        return self.command[0]
 
 
 class CameraComponent:
@@ -115,6 +124,11 @@ class CameraComponent:
         """Images that were delivered."""
         return self._next_index - self._pending - self.failed_count
 
+    @property
+    def takes_interval(self) -> bool:
+        """Whether the camera takes images by itself."""
+        return self._interval is not None
+
     def answers(self, message: mavlink.MAVLink_message) -> bool:
         """Whether a message is for the camera: sent to it, or sent to all components and a matter of cameras."""
         if message.get_type() not in ("COMMAND_LONG", "COMMAND_INT"):
@@ -143,7 +157,7 @@ class CameraComponent:
         """Advance to ``now``, at least one tick later than before."""
         self._now = now
         interval = self._interval
-        if interval is not None and now.tick >= interval.next_tick and self._pending < MAX_PENDING:
+        if interval is not None and now.tick >= interval.next_tick and self._pending < INTERVAL_PENDING:
             self._expose()
             interval.next_tick = now.tick + interval.period_ticks
             interval.remaining -= 1
@@ -218,21 +232,28 @@ class CameraComponent:
     def _request_message(self, request: CommandRequest) -> int:
         message_id = round(request.param(1))
         if message_id == mavlink.MAVLINK_MSG_ID_CAMERA_IMAGE_CAPTURED:
-            captured = self._captured.get(round(request.finite_or_none(2) or 0))
-            if captured is None:
-                return int(mavlink.MAV_RESULT_DENIED)
-            self._outbox.append(captured)
-            return int(mavlink.MAV_RESULT_ACCEPTED)
+            return self._repeat_captured(round(request.finite_or_none(2) or 0), round(request.finite_or_none(3) or 0))
         builder = self._builders.get(message_id)
         if builder is None:
             return int(mavlink.MAV_RESULT_UNSUPPORTED)
         self._outbox.append(builder())
         return int(mavlink.MAV_RESULT_ACCEPTED)
 
+    def _repeat_captured(self, first: int, last: int) -> int:
+        """Announce captures again: from the ``first`` (-1: all) to the ``last`` (0: that one alone; -1: all since)."""
+        last = self._next_index if first < 0 or last < 0 else max(first, last)
+        captured = [message for index, message in self._captured.items() if first <= index <= last]
+        self._outbox += captured
+        return int(mavlink.MAV_RESULT_ACCEPTED if captured else mavlink.MAV_RESULT_DENIED)
+
     def _start_capture(self, request: CommandRequest) -> int:
         period_s = request.finite_or_none(2) or 0.0
         count = round(request.finite_or_none(3) or 0.0)
         if count == 1 and self._is_retransmission(request):
+            return int(mavlink.MAV_RESULT_ACCEPTED)
+        period_ticks = max(1, round(period_s * 1e6 / TICK_US))
+        command = period_ticks, count
+        if self._interval is not None and self._interval.command == command:
             return int(mavlink.MAV_RESULT_ACCEPTED)
         if self._interval is not None or self._pending >= MAX_PENDING:
             return int(mavlink.MAV_RESULT_TEMPORARILY_REJECTED)
@@ -241,8 +262,7 @@ class CameraComponent:
         if count == 1:
             self._expose()
             return int(mavlink.MAV_RESULT_ACCEPTED)
-        period_ticks = max(1, round(period_s * 1e6 / TICK_US))
-        self._interval = _Interval(period_ticks, self._now.tick, float(count) if count > 0 else math.inf)
+        self._interval = _Interval(command, self._now.tick, float(count) if count > 0 else math.inf)
         return int(mavlink.MAV_RESULT_ACCEPTED)
 
     def _is_retransmission(self, request: CommandRequest) -> bool:

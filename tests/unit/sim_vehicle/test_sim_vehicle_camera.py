@@ -93,6 +93,26 @@ def test_lost_announcement_can_be_asked_for_again(bench):
     assert bench.long(REQUEST, mavlink.MAVLINK_MSG_ID_CAMERA_IMAGE_CAPTURED, 3, component=CAMERA) == [DENIED]
 
 
+@pytest.mark.parametrize(
+    ("first", "last", "announced"),
+    [(1, 3, [1, 2, 3]), (2, -1, [2, 3]), (-1, 0, [0, 1, 2, 3]), (3, 0, [3]), (3, 9, [3])],
+)
+def test_lost_announcements_can_be_asked_for_as_a_range(bench, first, last, announced):
+    for sequence in (1, 2, 3, 4):
+        bench.long(START, 0, 0, 1, sequence, component=CAMERA)
+    develop_all(bench)
+    bench.sent.clear()
+    message_id = mavlink.MAVLINK_MSG_ID_CAMERA_IMAGE_CAPTURED
+    assert bench.long(REQUEST, message_id, first, last, component=CAMERA) == [ACCEPTED]
+    assert captured_indices(bench) == announced
+
+
+def test_an_interval_leaves_images_out_while_two_are_being_developed(bench):
+    bench.long(START, 0, 0.2, 0, component=CAMERA)
+    bench.advance(3.0)
+    assert [exposure.index for exposure in bench.camera.take_exposures()] == [0, 1]
+
+
 def test_retransmitted_command_takes_one_image(bench):
     assert bench.long(START, 0, 0, 1, 5, component=CAMERA) == [ACCEPTED]
     assert bench.long(START, 0, 0, 1, 5, component=CAMERA) == [ACCEPTED]
@@ -127,7 +147,9 @@ def test_endless_interval_stops_on_command(bench):
         mavlink.MAVLink_command_long_message(7, CAMERA, mavlink.MAV_CMD_REQUEST_CAMERA_CAPTURE_STATUS, 0, *[1.0] * 7)
     )
     assert next(m for m in status if m.get_type() == "CAMERA_CAPTURE_STATUS").image_status == 3
-    assert bench.long(START, 0, 0.2, 0, component=CAMERA) == [BUSY]
+    assert bench.long(START, 0, 0.2, 0, component=CAMERA) == [ACCEPTED], "the same command again"
+    assert bench.long(START, 0, 0.3, 0, component=CAMERA) == [BUSY]
+    assert bench.long(START, 0, 0, 1, 9, component=CAMERA) == [BUSY], "no single image meanwhile"
     assert bench.long(STOP, component=CAMERA) == [ACCEPTED]
     develop_all(bench)
     taken = len(captured_indices(bench))
