@@ -73,6 +73,10 @@ class CaptureError(AosError):
     """A camera delivered no usable frame before the deadline."""
 
 
+class NoIntervalError(CaptureError):
+    """A camera does not take images by itself, or no longer; single ones can be requested from it."""
+
+
 class MissionError(AosError):
     """An operator's request that the mission's present state does not allow."""
 

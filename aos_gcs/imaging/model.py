@@ -131,6 +131,15 @@ class SurfaceKind(StrEnum):
     """The level surface through the origin."""
 
 
+class IntervalCapture(StrEnum):
+    """Trigger of the frames that are taken in flight."""
+
+    AUTO = "auto"
+    """The camera itself where it can, otherwise each frame is requested."""
+    OFF = "off"
+    """Each frame is requested."""
+
+
 class LeaderCriterion(StrEnum):
     """Measure of a vehicle's share in the visibility (spec, section 2)."""
 

@@ -5,7 +5,7 @@ vehicles are flown by the same code. Everything that crosses is frozen data. Tim
 unless a name says ``utc``.
 """
 
-from aos_gcs.ports.capture import Capture
+from aos_gcs.ports.capture import Capture, IntervalCaptures
 from aos_gcs.ports.clock import Clock
 from aos_gcs.ports.commands import Arm, Command, Disarm, Goto, Hold, Land, ReturnToLaunch, Takeoff
 from aos_gcs.ports.driver import Driver, DriverContext, Fleet, FormerLinks, Notice, Severity
@@ -38,6 +38,7 @@ __all__ = [
     "Geofence",
     "Goto",
     "Hold",
+    "IntervalCaptures",
     "Land",
     "LandedState",
     "LatLon",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,3 +32,16 @@ class Capture:
     camera: CameraModel
     time_sigma_s: float | None = None
     """Standard deviation of the time that the pose is of; None where the source does not report it."""
+
+
+class IntervalCaptures(Protocol):
+    """Images of a camera that takes them by itself; see ``Vehicle.interval``."""
+
+    async def next(self, deadline_s: float) -> Capture:
+        """Wait for the next image that is there whole, each once; a slow one delays none that come after it.
+
+        Raises:
+            NoIntervalError: the camera takes no images by itself any more, as when another station has stopped it.
+            CaptureError: an image is missing, refused or late, or none came by ``deadline_s``; the next may come.
+        """
+        ...

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import AbstractAsyncContextManager
 from typing import Protocol
 
 from aos_gcs.geometry.heights import AboveHomeM
-from aos_gcs.ports.capture import Capture
+from aos_gcs.ports.capture import Capture, IntervalCaptures
 from aos_gcs.ports.commands import Command
 from aos_gcs.ports.setup import Geofence, VehicleFacts
 from aos_gcs.ports.telemetry import VehicleState
@@ -90,5 +91,17 @@ class Vehicle(Protocol):
 
         Raises:
             CaptureError: the camera refused, or no complete image with a pose arrived by ``deadline_s``.
+        """
+        ...
+
+    def interval(self, period_s: float, deadline_s: float) -> AbstractAsyncContextManager[IntervalCaptures]:
+        """Have the camera take an image every ``period_s`` by itself, for as long as the context is entered.
+
+        Leaving it stops the camera, which takes one second at most; a camera that does not answer is reported.
+        Meanwhile ``capture`` fails.
+
+        Raises:
+            NoIntervalError: the camera cannot, or refuses: request single images.
+            CaptureError: it has not begun by ``deadline_s``.
         """
         ...

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import math
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -70,6 +71,32 @@ async def test_three_vehicles_fly_take_images_and_come_home(implementation: str,
         assert [vehicle.state.mode for vehicle in vehicles] == [FlightMode.LAND, FlightMode.RETURN, FlightMode.RETURN]
         await bench.until(lambda: not any(vehicle.state.armed for vehicle in vehicles), 240.0)
         await bench.until(lambda: all(vehicle.state.landed is LandedState.ON_GROUND for vehicle in vehicles))
+
+
+@pairs(("mavsdk", "arducopter"))
+async def test_a_camera_takes_images_by_itself_until_it_is_stopped(implementation: str, autopilot: str) -> None:
+    period_s = 1.0
+    async with open_bench(implementation, autopilot, vehicles=2) as bench:
+        await bench.all_ready()
+        vehicle, other = bench.vehicle(1), bench.vehicle(2)
+        single = await vehicle.capture(bench.after(60.0))
+        async with vehicle.interval(period_s, bench.after(30.0)) as images:
+            taken = [await images.next(bench.after(60.0)) for _ in range(5)]
+            with pytest.raises(CaptureError, match="already taking"):
+                await vehicle.capture(bench.after(5.0))
+        assert len({capture.image_index for capture in taken}) == len(taken)
+        assert min(capture.image_index for capture in taken) > single.image_index
+        times_utc_s = sorted(capture.utc_s for capture in taken)
+        assert min(later - sooner for sooner, later in pairwise(times_utc_s)) > 0.9 * period_s
+        assert {capture.vehicle_id for capture in taken} == {1}
+        assert all(capture.image.shape[2] == len(capture.bands) for capture in taken)
+
+        last = await vehicle.capture(bench.after(60.0))
+        await bench.clock.sleep(3.0 * period_s)
+        following = await vehicle.capture(bench.after(60.0))
+        assert following.image_index == last.image_index + 1, "it was stopped"
+        alone = await other.capture(bench.after(60.0))
+        assert alone.image_index in {0, 1}, "it was started alone"
 
 
 @pairs(("mavsdk", "px4"))
@@ -248,6 +275,9 @@ async def test_a_vehicle_that_does_not_answer_is_waited_for_until_the_deadline(i
             assert bench.clock.now_s() >= deadline_s - TIME_RESOLUTION_S
         with pytest.raises(CaptureError):
             await mute.vehicle.capture(bench.expiring(2.0))
+        with pytest.raises(CaptureError):
+            async with mute.vehicle.interval(1.0, bench.expiring(2.0)):
+                pass
 
 
 @each_implementation

@@ -271,6 +271,8 @@ class _FakeMotion:
 async def _open_fakes(vehicles: int) -> AsyncIterator[Bench]:
     clock = LoopClock()
     fleet = FakeFleet(clock, vehicles, None)
+    for member in fleet.members.values():
+        member.has_interval = True
 
     @asynccontextmanager
     async def unanswering() -> AsyncIterator[Unanswering]:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import AsyncIterator, Callable, Mapping
+from contextlib import asynccontextmanager
 from dataclasses import astuple, dataclass, field, replace
 from functools import lru_cache, partial
 from typing import Any
@@ -11,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from aos_gcs.errors import CaptureError, CommandRefusedError, CommandTimeoutError
+from aos_gcs.errors import CaptureError, CommandRefusedError, CommandTimeoutError, NoIntervalError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.geometry.poses import nadir_pose
@@ -29,43 +30,25 @@ from aos_gcs.ports import (
     LandedState,
     LinkQuality,
     ReturnToLaunch,
-    Safeguard,
     Takeoff,
     VehicleFacts,
     VehicleState,
 )
+from tests.fakes.good_facts import GOOD_FACTS
+from tests.fakes.ground import look_down
+from tests.fakes.interval import FakeInterval
 from tests.fakes.position_errors import FakeErrors
 
 ORIGIN = GeodeticPosition(48.3, 14.3, 260.0)
 FRAME = LocalFrame(ORIGIN)
 CAMERA = CameraModel.from_fov(96, 96, math.radians(50.0))
 BANDS = ("red", "green", "blue", "thermal")
-TARGET_RADIUS_M = 0.7
-CLOTHES_C = 24.0
-"""Temperature from which a thing is a person, whose middle shows skin."""
-SKIN_RADIUS_M, SKIN_K = 0.3, 5.0
-_MEANS, _DEVIATIONS = np.array([70.0, 90.0, 50.0, 12.0]), np.array([6.0, 6.0, 6.0, 0.5])
-"""Bands of the ground: red, green, blue, degrees Celsius."""
 SILENCE_S = 5.0
 """Age of the last message after which only commands that make a flight safer are sent."""
 MAX_FENCE_POINTS = 100
 _ALWAYS_SENT = (Hold, ReturnToLaunch, Land)
 _POLL_S = 0.2
 _TIME_RESOLUTION_S = 1e-6
-GOOD_FACTS = VehicleFacts(
-    firmware="4.7.0",
-    board_id="",
-    link_loss=Safeguard(True, "return after 5 s"),
-    low_battery=Safeguard(True, "return at 20 %"),
-    arming_checks=Safeguard(True, "all"),
-    other_failsafes=Safeguard(True, "land"),
-    return_place=Safeguard(True, "its launch point"),
-    fence=None,
-    at_fence=Safeguard(True, "return"),
-    return_height_m=30.0,
-    return_climb_m=0.0,
-    return_settings={"RTL_ALT": 3000.0},
-)
 
 
 @lru_cache(maxsize=256)
@@ -99,6 +82,12 @@ class FakeVehicle:
     heartbeat_silent_since_s: float | None = None
     camera_works: bool = True
     camera_delay_s: float = 0.0
+    has_interval: bool = False
+    """Whether its camera takes images by itself."""
+    least_period_s: float = 0.0
+    """Least time between two of those."""
+    running: FakeInterval | None = None
+    """Its camera, while it does."""
     reported_north_m: float = 0.0
     reported_landed: LandedState | None = None
     """What it says about standing on the ground, where that is not the truth."""
@@ -337,14 +326,42 @@ class FakeVehicle:
         self.return_height_m = settings["RTL_ALT"] / 100.0
 
     async def capture(self, deadline_s: float) -> Capture:
-        if not self.camera_works or self.silent_since_s is not None:
-            await self.clock.sleep(max(0.0, deadline_s - self.clock.now_s()))
-            raise CaptureError("the camera delivers nothing")
+        if self.running is not None:
+            raise CaptureError(f"vehicle {self.vehicle_id} is already taking an image")
+        await self._wait_for_camera(deadline_s)
         if self.camera_delay_s:
             await self.clock.sleep(self.camera_delay_s)
+        return self._expose()
+
+    @asynccontextmanager
+    async def interval(self, period_s: float, deadline_s: float) -> AsyncIterator[FakeInterval]:
+        if not self.has_interval:
+            raise NoIntervalError("the camera has none")
+        await self._wait_for_camera(deadline_s)
+        period_s = max(period_s, self.least_period_s)
+        self.running = FakeInterval(self.clock, period_s, lambda: self.camera_delay_s, self._expose_if_it_works)
+        try:
+            yield self.running
+        finally:
+            self.running = None
+
+    def _answers(self) -> bool:
+        return self.camera_works and self.silent_since_s is None
+
+    async def _wait_for_camera(self, deadline_s: float) -> None:
+        if not self._answers():
+            await self.clock.sleep(max(0.0, deadline_s - self.clock.now_s()))
+            raise CaptureError("the camera delivers nothing")
+
+    def _expose_if_it_works(self) -> Capture | None:
+        return self._expose() if self._answers() else None
+
+    def _expose(self) -> Capture:
         self.images += 1
         pose = nadir_pose(self.position_enu_m(), self.heading_rad)
-        view = self._look()[..., [BANDS.index(band) for band in self.bands]]
+        target = [] if self.target_enu_m is None else [(*self.target_enu_m, 28.0)]
+        look = look_down(self.vehicle_id, self.images, CAMERA, self.true_enu_m(), [*target, *self.others])
+        view = look[..., [BANDS.index(band) for band in self.bands]]
         return Capture(
             vehicle_id=self.vehicle_id,
             image_index=self.images,
@@ -355,31 +372,6 @@ class FakeVehicle:
             R_cam2enu=pose.R_cam2enu,
             camera=CAMERA,
         )
-
-    def _look(self) -> NDArray[np.float32]:
-        shape = CAMERA.height_px, CAMERA.width_px
-        image = _ground(self.vehicle_id, self.images, shape).copy()
-        things = [] if self.target_enu_m is None else [(*self.target_enu_m, 28.0)]
-        for at_east_m, at_north_m, celsius in (*things, *self.others):
-            east_m, north_m, up_m = self.true_enu_m()
-            ground_m = up_m / CAMERA.fx_px
-            rows, columns = np.indices(shape, sparse=True)
-            east_of_target_m = east_m + (columns - CAMERA.cx_px) * ground_m - at_east_m
-            north_of_target_m = north_m - (rows - CAMERA.cy_px) * ground_m - at_north_m
-            distance_m = np.hypot(east_of_target_m, north_of_target_m)
-            image[distance_m < TARGET_RADIUS_M] = [200.0, 40.0, 160.0, celsius]
-            if celsius >= CLOTHES_C:
-                image[distance_m < SKIN_RADIUS_M, 3] += SKIN_K
-        return image
-
-
-@lru_cache(maxsize=256)
-def _ground(vehicle_id: int, image_index: int, shape: tuple[int, int]) -> NDArray[np.float32]:
-    """Return the ground as a vehicle sees it in one image, shape (H, W, 4): the same in every mission."""
-    rng = np.random.default_rng([vehicle_id, image_index])
-    # Twice as fast as rng.normal with these means and deviations, and the same numbers.
-    noise = rng.standard_normal((*shape, 4))
-    return np.asarray((_MEANS + noise * _DEVIATIONS).astype(np.float32))
 
 
 class FakeFleet:

@@ -77,6 +77,7 @@ async def test_one_slow_camera_delays_nobody_and_its_frames_count_where_they_wer
     assert camera is not None
     assert camera.failures
     assert "the line flies on without its frames: no image for 3 s" in flight.texts()
+    assert flight.texts().count("its camera delivers 0.3 images per second instead of 2") == 1
 
 
 async def test_frames_without_a_pose_are_named_and_counted_and_nobody_looked_there() -> None:

@@ -2,103 +2,18 @@ from __future__ import annotations
 
 import asyncio
 import math
-from dataclasses import dataclass, field
 
-import numpy as np
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from aos_drivers.frames.files.images import Image
 from aos_drivers.frames.settings import CameraPlan, CameraSettings
 from aos_drivers.vehicle.cameras.component_record import CameraRecord
 from aos_gcs.errors import CaptureError
-from aos_gcs.geometry.poses import mavlink_quaternion_from_R_cam2enu, nadir_pose
-from tests.fakes.mavlink_fleet import Network, open_network
-from tests.fakes.mavlink_vehicle import FakeVehicle
+from aos_gcs.geometry.poses import nadir_pose
+from tests.fakes.camera_vehicle import REQUEST, START, URL, CameraVehicle, RecordedFetcher, settle
+from tests.fakes.mavlink_fleet import open_network
 
 pytestmark = pytest.mark.looptime
-
-START = mavlink.MAV_CMD_IMAGE_START_CAPTURE
-REQUEST = mavlink.MAV_CMD_REQUEST_MESSAGE
-DOWN = tuple(mavlink_quaternion_from_R_cam2enu(nadir_pose([0, 0, 0]).R_cam2enu))
-URL = "http://10.0.0.1/7.tiff"
-
-
-@dataclass
-class RecordedFetcher:
-    """Delivers one image and notes what it was asked for."""
-
-    asked: list[tuple[str, str]] = field(default_factory=list)
-
-    async def fetch(self, url: str, host: str, _deadline_s: float) -> tuple[Image, tuple[str, ...]]:
-        self.asked.append((url, host))
-        return np.zeros((24, 32, 1), np.uint8), ("grey",)
-
-
-class CameraVehicle(FakeVehicle):
-    """A vehicle whose camera answers; ``lost`` messages about images do not arrive the first time."""
-
-    def __init__(self) -> None:
-        super().__init__(1)
-        self.image_index = 7
-        self.lost = 0
-        self.result = mavlink.MAV_RESULT_ACCEPTED
-        self.position_e7 = (480000000, 140000000)
-        self.q: tuple[float, ...] = DOWN
-        self.capture_result = 1
-        self.focal_mm = 6.4
-        self.seen_sequences: set[float] = set()
-
-    def captured(self, index: int) -> bytes:
-        return self.camera.pack(
-            mavlink.MAVLink_camera_image_captured_message(
-                0,
-                1_700_000_000_500_000,
-                0,
-                *self.position_e7,
-                335_000,
-                35_000,
-                [*self.q],
-                index,
-                self.capture_result,
-                URL.encode(),
-            )
-        )
-
-    def _on_command(self, message: mavlink.MAVLink_message) -> bytes:
-        if message.target_component != 100:
-            return super()._on_command(message)
-        self.commands.append(message)
-        if message.command == START:
-            return self._on_capture(message)
-        wanted = int(message.param1)
-        if wanted == mavlink.MAVLINK_MSG_ID_CAMERA_INFORMATION:
-            names = [0] * 32
-            return self.camera.pack(
-                mavlink.MAVLink_camera_information_message(
-                    0, names, names, 0, self.focal_mm, 6.4, 4.8, 640, 480, 0, 2, 0, b""
-                )
-            )
-        if wanted == mavlink.MAVLINK_MSG_ID_CAMERA_CAPTURE_STATUS:
-            return self.camera.pack(
-                mavlink.MAVLink_camera_capture_status_message(0, 0, 0, 0.0, 0, 0.0, self.image_index)
-            )
-        return self.captured(int(message.param2)) if int(message.param2) < self.image_index else b""
-
-    def _on_capture(self, message: mavlink.MAVLink_message) -> bytes:
-        ack = self.camera.pack(mavlink.MAVLink_command_ack_message(START, self.result, 0, 0, 254, 190))
-        if self.result != mavlink.MAV_RESULT_ACCEPTED or message.param4 in self.seen_sequences:
-            return ack
-        self.seen_sequences.add(message.param4)
-        self.image_index += 1
-        if self.lost:
-            self.lost -= 1
-            return ack
-        return ack + self.captured(self.image_index - 1)
-
-
-async def settle(network: Network) -> None:
-    await network.clock.sleep(0.5)
 
 
 async def test_an_image_comes_with_pose_time_and_camera() -> None:
@@ -280,10 +195,10 @@ async def test_gaps_in_the_indices_are_asked_for_as_ranges_until_they_are_closed
 async def test_one_message_with_a_wrong_index_does_not_blind_a_camera(wrong: int, is_known: bool) -> None:
     camera = CameraRecord(100)
     if is_known:
-        camera.update(image(7))
-    camera.update(image(wrong))
+        camera.update(image(7), 0.0)
+    camera.update(image(wrong), 0.0)
     for index in (8, 9, 10):
-        camera.update(image(index))
+        camera.update(image(index), 0.0)
     found = camera.find_capture(camera.next_index - 1 if camera.next_index else None, frozenset())
     assert camera.next_index == 11
     assert found is not None
@@ -293,7 +208,7 @@ async def test_one_message_with_a_wrong_index_does_not_blind_a_camera(wrong: int
 async def test_a_camera_that_restarts_is_followed_from_its_second_image_on() -> None:
     camera = CameraRecord(100)
     for index in (700, 701, 0, 1, 2):
-        camera.update(image(index))
+        camera.update(image(index), 0.0)
     assert camera.next_index == 3
 
 

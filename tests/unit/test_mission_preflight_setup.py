@@ -19,7 +19,8 @@ from aos_gcs.mission.preflight import checks
 from aos_gcs.mission.preflight.inspection import Inspection, TrialFrame
 from aos_gcs.mission.preflight.setup import ReturnBounds, check_setup, check_system_ids
 from aos_gcs.ports import Geofence, Safeguard, VehicleState
-from tests.fakes.fleet import GOOD_FACTS, ORIGIN
+from tests.fakes.fleet import ORIGIN
+from tests.fakes.good_facts import GOOD_FACTS
 
 PASS, WARN, FAIL = CheckStatus.PASS, CheckStatus.WARN, CheckStatus.FAIL
 FRAME = LocalFrame(ORIGIN)

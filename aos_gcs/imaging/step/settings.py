@@ -8,7 +8,7 @@ from typing import Final
 
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.imaging.focal_plane import DEFAULT_MAX_CELLS
-from aos_gcs.imaging.model import AnomalySource, Detector, LeaderCriterion, SurfaceKind
+from aos_gcs.imaging.model import AnomalySource, Detector, IntervalCapture, LeaderCriterion, SurfaceKind
 
 MAX_RATE_HZ: Final = 10.0
 """Greatest number of frames per second of one camera."""
@@ -48,6 +48,7 @@ class ImagingSettings:
     """Largest number of views from earlier steps in the integral of anomalies; 0: none."""
     rate_hz: float = 2.0
     """Frames per second of each camera while its vehicle flies along a leg; slower cameras slow the search down."""
+    interval_capture: IntervalCapture = IntervalCapture.AUTO
 
     def __post_init__(self) -> None:
         if not math.isfinite(self.plane_height_m):

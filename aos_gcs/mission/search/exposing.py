@@ -15,10 +15,11 @@ from typing import Any
 
 import numpy as np
 
-from aos_gcs.errors import CaptureError
+from aos_gcs.errors import CaptureError, NoIntervalError
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.fleet.roster import Member
 from aos_gcs.mission.handler_watch import sign_of_life, unwatched
+from aos_gcs.mission.search.camera_pace import CameraPace
 from aos_gcs.mission.search.sampling import Sample, Sampler, without
 from aos_gcs.ports import Capture, Severity
 
@@ -34,7 +35,11 @@ LATE_S = 6.0
 """Flight at the speed along the legs after which an image that comes is of another place than where its vehicle is."""
 _POLL_S = 0.05
 _DRAIN_S = 2.0
-"""Time for which frames on their way are awaited when a sweep is over: a camera takes one at a time."""
+"""Time for which frames on their way are awaited when a sweep is over: a camera takes one at a time, and one that takes
+images by itself has to be stopped."""
+_START_S = 2.0
+"""Time in which a camera has to begin to take images by itself."""
+_KEPT_SPEEDS = 4
 
 
 def blind_s(rate_hz: float) -> float:
@@ -50,19 +55,23 @@ class _Exposed:
 
 
 class Exposures:
-    """Exposes the vehicles of the swarm in flight, each again when its image has come, at most at the rate.
+    """Exposes the vehicles of the swarm in flight, at most at the rate.
 
-    Made by :func:`exposing`.
+    Cameras that can take images by themselves do so; of the others, each is asked again when its image has come. Made
+    by :func:`exposing`.
 
     Args:
         context: context of the flight.
         sampler: places captures above the shared datum, and knows whose position is not known.
+        pace: knows which cameras take images by themselves.
         group: owns the tasks, one per vehicle.
     """
 
-    def __init__(self, context: FlightContext, sampler: Sampler, group: asyncio.TaskGroup) -> None:
+    def __init__(self, context: FlightContext, sampler: Sampler, pace: CameraPace, group: asyncio.TaskGroup) -> None:
         self._context = context
         self._sampler = sampler
+        self._pace = pace
+        self._period_s = 1.0 / context.settings.imaging.rate_hz
         self._group = group
         self._tasks: dict[int, asyncio.Task[None]] = {}
         self._waiting: dict[int, deque[_Exposed]] = {}
@@ -73,7 +82,7 @@ class Exposures:
         self._silent: dict[int, int] = {}
         """Rounds without each vehicle that has been named."""
         self._exposed: set[int] = set()
-        """Vehicles whose image is on its way."""
+        """Vehicles whose requested image is on its way."""
         self._is_over = False
         self.dropped = 0
         """Frames that were not analysed because later ones had come."""
@@ -88,6 +97,7 @@ class Exposures:
         for vehicle_id in members.keys() - self._tasks.keys():
             self._waiting[vehicle_id] = deque(maxlen=KEPT)
             self._last_at_s[vehicle_id] = self._context.clock.now_s()
+            self._pace.begin(vehicle_id, self._context.clock.now_s())
             self._tasks[vehicle_id] = self._group.create_task(self._expose(members[vehicle_id]))
 
     def start(self, work: Coroutine[Any, Any, None]) -> asyncio.Task[None]:
@@ -100,11 +110,10 @@ class Exposures:
         None where none has come for :attr:`blind_s`. Vehicles whose frames failed or stay away are missing in it.
         """
         clock, begin_s = self._context.clock, self._context.clock.now_s()
-        period_s = 1.0 / self._context.settings.imaging.rate_hz
         while True:
             sign_of_life()
             first_s = min((queue[0].come_at_s for queue in self._waiting.values() if queue), default=math.inf)
-            if all(self._waiting.values()) or clock.now_s() - first_s >= period_s:
+            if all(self._waiting.values()) or clock.now_s() - first_s >= self._period_s:
                 return self._take()
             if math.isinf(first_s) and clock.now_s() - begin_s >= self.blind_s:
                 return None
@@ -123,13 +132,12 @@ class Exposures:
     async def finish(self) -> None:
         """Expose no more, and wait for what is on its way, which nobody needs any more."""
         self._is_over = True
-        on_their_way = [self._tasks[vehicle_id] for vehicle_id in self._exposed & self._tasks.keys()]
-        for task in self._tasks.values():
-            if task not in on_their_way:
+        for vehicle_id, task in self._tasks.items():
+            if vehicle_id not in self._exposed:
                 task.cancel()
-        if on_their_way:
+        if self._tasks:
             sign_of_life(_DRAIN_S)
-            await asyncio.wait(on_their_way, timeout=_DRAIN_S / self._context.clock.speed)
+            await asyncio.wait(self._tasks.values(), timeout=_DRAIN_S / self._context.clock.speed)
         self.follow(())
 
     def _take(self) -> Sample:
@@ -166,7 +174,35 @@ class Exposures:
         return any(len(queue) == KEPT for queue in self._waiting.values())
 
     async def _expose(self, member: Member) -> None:
+        if self._pace.takes_interval(member.vehicle_id):
+            await self._take_interval(member)
+        await self._take_requested(member)
+
+    async def _take_interval(self, member: Member) -> None:
+        """Have the camera take images by itself, and return when it does not, or no longer."""
         clock, settings = self._context.clock, self._context.settings
+        speeds_mps = deque([_speed_mps(member)], maxlen=_KEPT_SPEEDS)
+        try:
+            async with member.vehicle.interval(self._period_s, clock.now_s() + _START_S) as images:
+                while self._pace.takes_interval(member.vehicle_id):
+                    try:
+                        capture = await images.next(clock.now_s() + settings.deadlines.capture_s)
+                        self._check_placed(member)
+                        # It was exposed a while ago, at a speed that has passed.
+                        speeds_mps.append(_speed_mps(member))
+                        self._keep(self._checked(member, capture, max(speeds_mps)))
+                    except NoIntervalError:
+                        raise
+                    except CaptureError as error:
+                        self._failures[member.vehicle_id] = str(error)
+                        await clock.sleep(_POLL_S)
+        except NoIntervalError as error:
+            self._pace.give_up_interval(member.vehicle_id, str(error))
+        except CaptureError as error:
+            self._failures[member.vehicle_id] = str(error)
+
+    async def _take_requested(self, member: Member) -> None:
+        clock = self._context.clock
         while True:
             begin_s = clock.now_s()
             self._exposed.add(member.vehicle_id)
@@ -178,7 +214,7 @@ class Exposures:
                 self._exposed.discard(member.vehicle_id)
             if self._is_over:
                 return
-            await clock.sleep(max(0.0, begin_s + 1.0 / settings.imaging.rate_hz - clock.now_s()))
+            await clock.sleep(max(0.0, begin_s + self._period_s - clock.now_s()))
 
     async def _capture(self, member: Member) -> _Exposed:
         """Expose one frame.
@@ -186,12 +222,22 @@ class Exposures:
         Raises:
             CaptureError: it did not come, or its pose cannot be trusted.
         """
-        clock, settings = self._context.clock, self._context.settings
+        self._check_placed(member)
+        speed_mps = _speed_mps(member)
+        deadline_s = self._context.clock.now_s() + self._context.settings.deadlines.capture_s
+        return self._checked(member, await member.vehicle.capture(deadline_s), speed_mps)
+
+    def _check_placed(self, member: Member) -> None:
         if (refusal := self._sampler.why_not_placed(member)) is not None:
             raise CaptureError(refusal.text)
-        velocity_enu_mps = member.state.velocity_enu_mps
-        speed_mps = 0.0 if velocity_enu_mps is None else float(np.linalg.norm(velocity_enu_mps))
-        capture = await member.vehicle.capture(clock.now_s() + settings.deadlines.capture_s)
+
+    def _checked(self, member: Member, capture: Capture, speed_mps: float) -> _Exposed:
+        """Return a frame that was exposed at a speed, placed above the datum.
+
+        Raises:
+            CaptureError: its pose cannot be trusted.
+        """
+        settings = self._context.settings
         sigma_s = settings.uncertainty.clock_s if capture.time_sigma_s is None else capture.time_sigma_s
         if speed_mps * sigma_s > MAX_MOTION_M:
             raise CaptureError(
@@ -200,7 +246,7 @@ class Exposures:
             )
         placed = self._sampler.above_datum(capture)
         self._check_place(member, placed)
-        return _Exposed(placed, speed_mps, clock.now_s())
+        return _Exposed(placed, speed_mps, self._context.clock.now_s())
 
     def _check_place(self, member: Member, capture: Capture) -> None:
         """Refuse a frame of a place that its vehicle has long left: waypoints reckon with where frames were exposed.
@@ -223,6 +269,7 @@ class Exposures:
             return
         self._last_at_s[vehicle_id] = exposed.come_at_s
         self._failures.pop(vehicle_id, None)
+        self._pace.note_frame(vehicle_id, exposed.come_at_s)
         if len(queue) == KEPT:
             self.dropped += 1
             if self.dropped == 1:
@@ -231,11 +278,16 @@ class Exposures:
         queue.append(exposed)
 
 
+def _speed_mps(member: Member) -> float:
+    velocity_enu_mps = member.state.velocity_enu_mps
+    return 0.0 if velocity_enu_mps is None else float(np.linalg.norm(velocity_enu_mps))
+
+
 @asynccontextmanager
-async def exposing(context: FlightContext, sampler: Sampler) -> AsyncIterator[Exposures]:
+async def exposing(context: FlightContext, sampler: Sampler, pace: CameraPace) -> AsyncIterator[Exposures]:
     """Expose vehicles in flight for as long as the context is entered; leaving it ends all exposures."""
     async with asyncio.TaskGroup() as group:
-        exposures = Exposures(context, sampler, group)
+        exposures = Exposures(context, sampler, pace, group)
         try:
             yield exposures
         finally:

@@ -12,6 +12,7 @@ from aos_gcs.airspace.waypoints import WaypointRecord
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.vehicles import Task
+from aos_gcs.mission.search.camera_pace import CameraPace
 from aos_gcs.mission.search.exposing import Exposures, exposing
 from aos_gcs.mission.search.flight_frames import FramesInFlight
 from aos_gcs.mission.search.sampling import Sample, Sampler
@@ -41,6 +42,7 @@ class Sweeping:
         self._vision = vision
         self._sampler = sampler
         self._work = work
+        self._pace = CameraPace(context.settings.imaging, context.journal)
         self.is_paused = False
         """Whether to stop before the next step."""
         self.is_under_way = False
@@ -57,7 +59,7 @@ class Sweeping:
         if self.is_paused:
             return following
         self.is_under_way = True
-        async with exposing(self._context, self._sampler) as exposures:
+        async with exposing(self._context, self._sampler, self._pace) as exposures:
             flight = _Flight(self._context, exposures)
             flight.send(waypoints)
             watch = exposures.start(self._watch(flight, exposures.blind_s + ANALYSIS_S))

@@ -8,12 +8,16 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.vehicle.autopilots.base import Target, command_long
 from aos_drivers.vehicle.cameras.component_record import CameraRecord
-from aos_drivers.vehicle.cameras.exposure import CaptureTools, Exposure, VehicleAccess, capture_error, collect_capture
-from aos_drivers.vehicle.cameras.shutter import LostReportError, Shutter
-from aos_drivers.vehicle.telemetry import position_from_e7
+from aos_drivers.vehicle.cameras.exposure import (
+    CaptureTools,
+    VehicleAccess,
+    capture_error,
+    collect_capture,
+    exposure_of,
+)
+from aos_drivers.vehicle.cameras.shutter import LostReportError, Shutter, request_reports
 from aos_drivers.vehicle.transaction import ACK_TIMEOUT_S
 from aos_gcs.errors import CaptureError
-from aos_gcs.geometry.heights import AmslM
 from aos_gcs.ports import Capture
 
 CapturedMessage: TypeAlias = mavlink.MAVLink_camera_image_captured_message
@@ -34,15 +38,7 @@ class ComponentSource:
         if camera is None:
             raise capture_error(self._record.vehicle_id, None, CaptureError("no camera detected"))
         message = await self._expose(camera, deadline_s)
-        exposure = Exposure(
-            image_index=message.image_index,
-            is_success=message.capture_result == 1,
-            utc_s=message.time_utc / 1e6 if message.time_utc else None,
-            position=position_from_e7(message.lat, message.lon, AmslM(message.alt / 1000)),
-            q_wxyz=message.q,
-            file_url=message.file_url,
-            fov_rad=camera.horizontal_fov_rad,
-        )
+        exposure = exposure_of(message, camera.horizontal_fov_rad)
         host = self._vehicle.host_of(camera.component_id)
         return await collect_capture(self._record.vehicle_id, exposure, host, self._tools, deadline_s)
 
@@ -55,7 +51,7 @@ class ComponentSource:
             return await self._shutter.trigger(
                 command,
                 lambda _: camera.find_capture(awaited_index, before),
-                lambda: self._ask_again(camera, awaited_index),
+                lambda: request_reports(self._vehicle, camera, awaited_index),
                 deadline_s,
                 ack_timeout_s=ACK_TIMEOUT_S,  # its sequence number makes a repeated command harmless
             )
@@ -63,12 +59,3 @@ class ComponentSource:
             if isinstance(error, LostReportError) and awaited_index is not None:
                 camera.give_up(awaited_index)
             raise capture_error(self._record.vehicle_id, awaited_index, error) from error
-
-    def _ask_again(self, camera: CameraRecord, index: int | None) -> None:
-        requests = [(mavlink.MAVLINK_MSG_ID_CAMERA_CAPTURE_STATUS, 0)]
-        if index is not None:
-            requests.append((mavlink.MAVLINK_MSG_ID_CAMERA_IMAGE_CAPTURED, index))
-        for message_id, param2 in requests:
-            target = Target(self._record.vehicle_id, camera.component_id)
-            request = command_long(target, mavlink.MAV_CMD_REQUEST_MESSAGE, float(message_id), float(param2))
-            self._vehicle.send(target.system_id, target.component_id, request)

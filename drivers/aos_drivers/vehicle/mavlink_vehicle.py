@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import AbstractAsyncContextManager
 
 from aos_drivers.vehicle.cameras.exposure import CaptureTools, VehicleAccess
 from aos_drivers.vehicle.cameras.runner import CaptureRunner, FrameSource, make_source
 from aos_drivers.vehicle.commands import CommandRunner
 from aos_drivers.vehicle.setup import SetupRunner
 from aos_gcs.geometry.heights import AboveHomeM
-from aos_gcs.ports import Capture, Command, Geofence, VehicleFacts, VehicleState
+from aos_gcs.ports import Capture, Command, Geofence, IntervalCaptures, VehicleFacts, VehicleState
 
 
 class MavlinkVehicle:
@@ -27,7 +28,7 @@ class MavlinkVehicle:
         self._clock = tools.clock
         self._commands = CommandRunner(record, send, changes, tools.clock)
         self._setup = SetupRunner(record, send, changes, tools.clock, our_system_id)
-        self._captures = CaptureRunner(record, tools, make_source(access, tools, make_component_source))
+        self._captures = CaptureRunner(access, tools, make_source(access, tools, make_component_source))
 
     @property
     def state(self) -> VehicleState:
@@ -61,3 +62,7 @@ class MavlinkVehicle:
     async def capture(self, deadline_s: float) -> Capture:
         """Expose one image and fetch it; see the port."""
         return await self._captures.run(deadline_s)
+
+    def interval(self, period_s: float, deadline_s: float) -> AbstractAsyncContextManager[IntervalCaptures]:
+        """Have the camera take images by itself; see the port."""
+        return self._captures.interval(period_s, deadline_s)

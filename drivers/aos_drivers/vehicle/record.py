@@ -251,7 +251,7 @@ class VehicleRecord:
         """Update poses, exposures and the camera component from a message."""
         self._find_camera(message)
         if self.camera is not None and message.get_srcComponent() == self.camera.component_id:
-            self.camera.update(message)
+            self.camera.update(message, now_s)
         of_autopilot = message.get_srcComponent() == self.target.component_id
         self.payload.update(message, now_s, self.clock.offset_s, of_autopilot=of_autopilot)
 

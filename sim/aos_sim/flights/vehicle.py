@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from contextlib import AbstractAsyncContextManager
 from dataclasses import astuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from aos_gcs.errors import CommandRefusedError, CommandTimeoutError
+from aos_gcs.errors import CommandRefusedError, CommandTimeoutError, NoIntervalError
 from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.geometry.heights import AboveHomeM
 from aos_gcs.geometry.poses import nadir_pose
@@ -23,6 +24,7 @@ from aos_gcs.ports import (
     Geofence,
     Goto,
     Hold,
+    IntervalCaptures,
     Land,
     LandedState,
     ReturnToLaunch,
@@ -253,6 +255,10 @@ class FlownVehicle:
             R_cam2enu=reported.R_cam2enu,
             camera=camera,
         )
+
+    def interval(self, period_s: float, deadline_s: float) -> AbstractAsyncContextManager[IntervalCaptures]:  # noqa: ARG002
+        """See ``aos_gcs.ports.Vehicle``."""
+        raise NoIntervalError("the camera has none")
 
 
 def _as_stored(image: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -3,28 +3,48 @@
 from __future__ import annotations
 
 import math
-from collections import OrderedDict
+from collections import OrderedDict, deque
+from dataclasses import dataclass
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.vehicle.cameras.image_index import ImageIndex
 
 _KEPT_CAPTURES = 16
+_KEPT_ARRIVALS = 64
 _KEPT_GAPS = 64
 _GAP_PAUSE_S = 1.0
 _GAP_ATTEMPTS = 4
 _REBOOT_MARGIN_MS = 2000
+_INTERVAL_SET = frozenset({2, 3})
+"""CAMERA_CAPTURE_STATUS.image_status of a camera that takes images by itself: between two of them, or at one."""
+
+
+@dataclass(frozen=True, slots=True)
+class CaptureStatus:
+    """A camera's latest report on what it does."""
+
+    heard_at_s: float
+    boot_s: float
+    """Time since the camera's boot, by itself."""
+    takes_interval: bool
+    """Whether it takes images by itself."""
 
 
 class CameraRecord:
     """Information from a camera about itself and its images.
 
-    Keeps the latest sixteen image messages, and of the latest 64 indices those whose messages were lost.
+    Keeps the messages of the latest sixteen images, of the latest 64 indices those whose messages were lost, and the
+    latest 64 messages about images in the order of their arrival.
     """
 
     def __init__(self, component_id: int) -> None:
         self.component_id = component_id
         self.information: mavlink.MAVLink_camera_information_message | None = None
+        self.status: CaptureStatus | None = None
+        self.arrivals = 0
+        """Number of credible messages about images, repeated ones included."""
+        self._arrived: deque[mavlink.MAVLink_camera_image_captured_message] = deque(maxlen=_KEPT_ARRIVALS)
         self._index = ImageIndex()
         self._captures: OrderedDict[int, mavlink.MAVLink_camera_image_captured_message] = OrderedDict()
         self._gaps: dict[int, int] = {}
@@ -45,12 +65,17 @@ class CameraRecord:
             return None
         return fov_from_lens(self.information.focal_length, self.information.sensor_size_h)
 
+    @property
+    def may_take_images(self) -> bool:
+        """Whether the camera does not exclude that it takes images."""
+        return self.information is None or bool(self.information.flags & mavlink.CAMERA_CAP_FLAGS_CAPTURE_IMAGE)
+
     def next_sequence(self) -> int:
         """Return the number that distinguishes a new capture command from a repeated one."""
         self._sequence += 1
         return self._sequence
 
-    def update(self, message: mavlink.MAVLink_message) -> None:
+    def update(self, message: mavlink.MAVLink_message, now_s: float) -> None:
         """Update from a message of the camera component."""
         if message.get_msgId() == mavlink.MAVLINK_MSG_ID_CAMERA_INFORMATION:
             self._see_time(message.time_boot_ms)
@@ -58,6 +83,7 @@ class CameraRecord:
         elif message.get_msgId() == mavlink.MAVLINK_MSG_ID_CAMERA_CAPTURE_STATUS:
             self._see_time(message.time_boot_ms)
             self._index.take_count(message.image_count)
+            self.status = CaptureStatus(now_s, message.time_boot_ms / 1e3, message.image_status in _INTERVAL_SET)
         elif message.get_msgId() == mavlink.MAVLINK_MSG_ID_CAMERA_IMAGE_CAPTURED:
             self._take_image(message)
 
@@ -68,6 +94,8 @@ class CameraRecord:
         self._gaps.pop(message.image_index, None)
         if expected is not None:
             self._note_gap(expected, message.image_index)
+        self._arrived.append(message)
+        self.arrivals += 1
         self._captures[message.image_index] = message
         while len(self._captures) > _KEPT_CAPTURES:
             self._captures.popitem(last=False)
@@ -93,6 +121,11 @@ class CameraRecord:
     def known_indices(self) -> frozenset[int]:
         """Return the indices of the images whose messages are kept."""
         return frozenset(self._captures)
+
+    def arrived_since(self, arrivals: int) -> list[mavlink.MAVLink_camera_image_captured_message]:
+        """Return the messages about images since there were as many ``arrivals``, as far as they are kept."""
+        new = min(self.arrivals - arrivals, len(self._arrived))
+        return list(self._arrived)[len(self._arrived) - new :]
 
     def find_capture(
         self, awaited_index: int | None, before: frozenset[int]

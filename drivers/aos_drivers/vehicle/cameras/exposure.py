@@ -7,15 +7,18 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.frames.files.fetching import ImageFetcher
 from aos_drivers.frames.poses.plausibility import check_quaternion
 from aos_drivers.frames.settings import CameraPlan
 from aos_drivers.vehicle.commands import Send
 from aos_drivers.vehicle.record import VehicleRecord
+from aos_drivers.vehicle.telemetry import position_from_e7
 from aos_drivers.vehicle.waiting import Changes
 from aos_gcs.errors import CaptureError
 from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.geometry.heights import AmslM
 from aos_gcs.geometry.poses import R_cam2enu_from_mavlink
 from aos_gcs.ports import Capture, Clock, Notice
 
@@ -57,6 +60,19 @@ class Exposure:
     file_url: str
     fov_rad: float | None
     """Full horizontal field of view; None if the camera does not report its lens."""
+
+
+def exposure_of(message: mavlink.MAVLink_camera_image_captured_message, fov_rad: float | None) -> Exposure:
+    """Return the exposure that a camera component reports; ``fov_rad`` is the field of view that it has reported."""
+    return Exposure(
+        image_index=message.image_index,
+        is_success=message.capture_result == 1,
+        utc_s=message.time_utc / 1e6 if message.time_utc else None,
+        position=position_from_e7(message.lat, message.lon, AmslM(message.alt / 1000)),
+        q_wxyz=message.q,
+        file_url=message.file_url,
+        fov_rad=fov_rad,
+    )
 
 
 async def collect_capture(

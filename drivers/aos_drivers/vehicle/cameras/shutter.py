@@ -6,7 +6,11 @@ import math
 from collections.abc import Callable
 from typing import TypeVar
 
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
 from aos_drivers.frames.errors import LateFrameError
+from aos_drivers.vehicle.autopilots.base import Target, command_long
+from aos_drivers.vehicle.cameras.component_record import CameraRecord
 from aos_drivers.vehicle.cameras.exposure import VehicleAccess
 from aos_drivers.vehicle.transaction import Answer, CommandMessage, CommandTransaction, result_text
 from aos_drivers.vehicle.waiting import CLOCK_RESOLUTION_S
@@ -94,6 +98,17 @@ class Shutter:
         if found is None:
             raise LateFrameError("no exposure was reported: check that the camera takes images automatically")
         return found
+
+
+def request_reports(vehicle: VehicleAccess, camera: CameraRecord, index: int | None) -> None:
+    """Request from a camera component what it does, and the message about the image ``index`` if that is known."""
+    requests = [(mavlink.MAVLINK_MSG_ID_CAMERA_CAPTURE_STATUS, 0)]
+    if index is not None:
+        requests.append((mavlink.MAVLINK_MSG_ID_CAMERA_IMAGE_CAPTURED, index))
+    for message_id, param2 in requests:
+        target = Target(vehicle.record.vehicle_id, camera.component_id)
+        request = command_long(target, mavlink.MAV_CMD_REQUEST_MESSAGE, float(message_id), float(param2))
+        vehicle.send(target.system_id, target.component_id, request)
 
 
 def _timeout_error(transaction: CommandTransaction) -> LateFrameError:

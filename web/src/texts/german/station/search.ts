@@ -124,6 +124,28 @@ export const search: readonly StationText[] = [
   ["its frames come again; {count} were missing", "ihre Bilder kommen wieder; {count} haben gefehlt"],
   ["no image for {silence} s", "kein Bild seit {silence} s"],
   ["no image yet", "noch kein Bild"],
+  [
+    "each image of its camera is requested, without interval capture: {reason}",
+    "jedes Bild ihrer Kamera wird angefordert, ohne Intervallaufnahme: {reason}",
+  ],
+  ["{pace} images per second instead of {rate}", "{pace} Bilder je Sekunde statt {rate}"],
+  [
+    "its camera delivers {pace} images per second instead of {rate}",
+    "ihre Kamera liefert {pace} Bilder je Sekunde statt {rate}",
+  ],
+  ["another station has stopped it", "eine andere Station hat sie beendet"],
+  ["only a MAVLink camera component has it", "die hat nur eine MAVLink-Kamera"],
+  ["the camera refuses: {result}", "die Kamera lehnt ab: {result}"],
+  ["the camera reports that it takes no images", "die Kamera meldet, dass sie keine Bilder aufnimmt"],
+  ["the camera has accepted it and takes no image", "die Kamera hat sie angenommen und nimmt kein Bild auf"],
+  [
+    "its camera has restarted: interval capture goes on",
+    "ihre Kamera hat neu gestartet: die Intervallaufnahme geht weiter",
+  ],
+  [
+    "interval capture of its camera may go on: {error}",
+    "die Intervallaufnahme ihrer Kamera läuft vielleicht weiter: {error}",
+  ],
   ["its link was lost before its image came", "ihr Funk brach ab, bevor ihr Bild kam"],
   ["the camera does not respond", "die Kamera antwortet nicht"],
   ["no camera detected", "keine Kamera gefunden"],
