@@ -6,9 +6,11 @@ import asyncio
 from pathlib import Path
 
 import pytest
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_gcs.errors import CommandRefusedError, CommandTimeoutError
 from aos_gcs.ports import Arm, FlightMode, FormerLinks, Goto, Hold, Land, ProvenLink, ReturnToLaunch, Severity, Vehicle
+from aos_sim.camera.component import CameraComponent
 from tests.contract.vehicle_bench import MAVSDK, each_driver, fence_of, mute_vehicles, open_driver, pairs
 from tests.fakes.air_flight import IMAGE_SIZE_PX
 
@@ -187,3 +189,19 @@ async def test_an_autopilot_keeps_to_its_fence_and_returns_at_its_return_height(
             highest_m = max(highest_m, bench.motion(1).position_enu_m[2])
             await bench.clock.sleep(0.5)
         assert highest_m == pytest.approx(17.5, abs=0.5)
+
+
+@each_driver
+async def test_a_camera_that_takes_images_for_somebody_else_serves_all_the_same(implementation: str) -> None:
+    async with open_driver(implementation, "arducopter", vehicles=1) as bench:
+        await bench.all_ready()
+        camera = bench.swarm.vehicles[0].camera
+        assert isinstance(camera, CameraComponent)
+        first = await bench.vehicle(1).capture(bench.after(60.0))
+        start = mavlink.MAVLink_command_long_message(1, 100, mavlink.MAV_CMD_IMAGE_START_CAPTURE, 0, 0, 3.0, *[0] * 5)
+        camera.handle(start, bench.swarm.now)
+        taken = [await bench.vehicle(1).capture(bench.after(60.0)) for _ in range(3)]
+        assert [capture.image_index - first.image_index for capture in taken] == [1, 2, 3]
+        async with bench.vehicle(1).interval(1.0, bench.after(30.0)) as images:
+            assert (await images.next(bench.after(60.0))).image_index == first.image_index + 4
+        await bench.until(lambda: not camera.takes_interval)

@@ -14,6 +14,7 @@ from aos_drivers.vehicle.autopilots.base import Target, command_long
 from aos_drivers.vehicle.cameras.component_record import fov_from_lens
 from aos_drivers.vehicle.cameras.exposure import CaptureTools, Exposure, VehicleAccess, capture_error, collect_capture
 from aos_drivers.vehicle.cameras.image_index import CREDIBLE_JUMP, ImageIndex
+from aos_drivers.vehicle.cameras.shutter import request_reports
 from aos_gcs.errors import CaptureError
 from aos_gcs.ports import Capture
 
@@ -83,10 +84,26 @@ class ComponentSource:
                 raise capture_error(self._vehicle.record.vehicle_id, None, LateFrameError(problem))
             if results:
                 self._request(component_id, mavlink.MAVLINK_MSG_ID_CAMERA_CAPTURE_STATUS, 0)
+        if self._newest is before and await self._takes_interval(deadline_s):
+            # MAVSDK does not tell a camera that is busy from one that refuses: the next image comes by itself.
+            await self._vehicle.changes.wait_for(lambda: self._newest is not before, deadline_s)
         if self._newest is None or self._newest is before:
             reason = CaptureError(f"the camera refuses: {results[0].name.lower().replace('_', ' ')}")
             raise capture_error(self._vehicle.record.vehicle_id, None, reason)
         return self._newest
+
+    async def _takes_interval(self, deadline_s: float) -> bool:
+        """Ask the camera whether it takes images by itself, as for another station."""
+        camera, now_s = self._vehicle.record.camera, self._tools.clock.now_s()
+        if camera is None:
+            return False
+
+        def is_answered() -> bool:
+            return camera.status is not None and camera.status.heard_at_s > now_s
+
+        request_reports(self._vehicle, camera, None)
+        await self._vehicle.changes.wait_for(is_answered, min(deadline_s, now_s + _ASK_AGAIN_S))
+        return camera.status is not None and is_answered() and camera.status.takes_interval
 
     def _request(self, component_id: int, message_id: int, index: int) -> None:
         target = Target(self._vehicle.record.vehicle_id, component_id)
