@@ -16,6 +16,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_gcs.airspace.limits import UNLIMITED
 from aos_gcs.mission.model.actions import Action
+from aos_gcs.planning.settings import SearchMode
 from aos_gcs.runtime.virtual_time import run
 from aos_sim.vehicle.arducopter import CopterMode
 from aos_sim.vehicle.flight import Manoeuvre
@@ -24,7 +25,7 @@ from tests.campaign.airspace import TRACKING_M, AirspaceWatch
 from tests.campaign.faults import FAULTS, KNOWN_DEFECTS
 from tests.campaign.faults.base import Fault
 from tests.campaign.faults.people import OperatorActs, PilotHovers
-from tests.campaign.faults.sensors import HeightReset
+from tests.campaign.faults.sensors import HeightReset, HeightRunsAway
 from tests.campaign.faults.station import Kill
 from tests.campaign.flight import Verdict, fly
 from tests.campaign.oracle import PILOT_GRACE_S, Oracle
@@ -54,6 +55,30 @@ def covering(seeds: range, count: int) -> list[int]:
 
 
 SEEDS = covering(range(1, 101), 20)
+BESIDE_A_PILOT = Scenario(
+    72255,
+    "arducopter",
+    2,
+    "rtk",
+    2.7,
+    upload_fence=True,
+    faults=(PilotHovers(35.0, 2, CopterMode.BRAKE, 33.5),),
+    mode=SearchMode.CONTINUOUS,
+    is_long=True,
+    zones_enu_m=(((5.1, 20.3), (9.4, 20.3), (9.4, 25.7), (5.1, 25.7)),),
+)
+BELOW_A_GRANTED_WAY = Scenario(
+    73213,
+    "px4",
+    4,
+    "rtk",
+    2.6,
+    upload_fence=False,
+    faults=(HeightRunsAway(1.9, 2, -0.1, 14.4),),
+    is_long=True,
+    stops_at_first=False,
+    zones_enu_m=(((-1.7, 15.9), (6.8, 15.9), (6.8, 19.5), (-1.7, 19.5)),),
+)
 CALM = Scenario(0, "arducopter", 2, "none", 2.5, upload_fence=False, faults=())
 
 
@@ -65,6 +90,13 @@ def flown(seed: int) -> Verdict:
 @pytest.mark.parametrize("seed", SEEDS)
 def test_a_random_mission_with_random_faults_ends_safely(seed: int) -> None:
     verdict = flown(seed)
+    assert not verdict.violations, describe(verdict)
+    assert not verdict.refused, describe(verdict)
+
+
+@pytest.mark.parametrize("scenario", [BESIDE_A_PILOT, BELOW_A_GRANTED_WAY], ids=lambda scenario: str(scenario.seed))
+def test_a_mission_in_which_two_vehicles_came_too_close_ends_safely(scenario: Scenario) -> None:
+    verdict = fly(scenario)
     assert not verdict.violations, describe(verdict)
     assert not verdict.refused, describe(verdict)
 

@@ -12,6 +12,7 @@ from aos_gcs.clock import LoopClock
 from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.mission.fleet.flight import FlightControl
 from aos_gcs.mission.fleet.roster import Roster
+from aos_gcs.mission.fleet.way_watch import WayWatch
 from aos_gcs.mission.journal import Journal
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.planning.settings import Deadlines, FlightSettings
@@ -51,6 +52,7 @@ class Passing:
             give_task(roster, member, Task.RETURNING)
         self.other_member = roster.members()[1]
         self.roster = roster
+        self.watch = WayWatch(roster, clock, Journal(clock))
 
     def take_over(self) -> None:
         self.other.mode, self.other.taken_over, self.other.has_pilot = (
@@ -62,6 +64,10 @@ class Passing:
 
     async def fly_home(self) -> None:
         await self.control.transfer({1: HOME}, RETURNING, returning=True)
+
+    def stopped(self) -> list[int]:
+        """Return the ids of the vehicles whose ways are withdrawn now; they are not told to stop."""
+        return [member.vehicle_id for member in self.watch.look(self.control)]
 
     def beside_m(self) -> float:
         return float(np.linalg.norm((self.mover.position_enu_m() - self.other.position_enu_m())[:2]))
@@ -83,10 +89,43 @@ async def test_a_vehicle_below_one_whose_pilot_takes_over_moves_out_of_its_colum
     await flying
 
 
-async def test_a_path_below_a_vehicle_is_vetted_anew_when_its_pilot_takes_over() -> None:
-    passing = Passing((0.0, 40.0), (0.0, 5.0))
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("has_pilot", True), ("altitude_doubt_m", 3.0), ("is_inaccurate", True)],
+)
+async def test_a_way_that_was_granted_is_withdrawn_when_another_vehicle_needs_more_room(
+    name: str, value: float
+) -> None:
+    passing = Passing((0.0, 60.0), (0.0, 20.0))
+    flying = asyncio.create_task(passing.fly_home())
+    await asyncio.sleep(1.0)
+    assert passing.stopped() == []
+    if name == "has_pilot":
+        passing.take_over()
+    else:
+        passing.other.vertical_accuracy_m = 2.0
+        setattr(passing.roster.members()[1], name, value)
+    assert passing.stopped() == [1]
+    assert passing.stopped() == [], "not within a second again"
+    await asyncio.sleep(1.1)
+    assert passing.stopped() == [1], "it flew on"
+    flying.cancel()
+
+
+async def test_a_vehicle_that_is_found_to_be_at_another_height_stops_before_it_passes_others() -> None:
+    passing = Passing((0.0, 60.0), (0.0, 20.0))
+    flying = asyncio.create_task(passing.fly_home())
+    await asyncio.sleep(1.0)
+    passing.roster.members()[0].altitude_doubt_m = 3.0
+    assert passing.stopped() == [1]
+    flying.cancel()
+
+
+async def test_a_vehicle_flies_on_away_from_one_with_a_pilot() -> None:
+    passing = Passing((0.0, 19.0), (0.0, 20.0))
     flying = asyncio.create_task(passing.fly_home())
     await asyncio.sleep(1.0)
     passing.take_over()
+    assert passing.stopped() == []
     await flying
-    assert passing.mover.position_enu_m()[1] >= 5.0 + SEPARATION_M, "it does not pass below"
+    assert passing.mover.position_enu_m() == pytest.approx(HOME, abs=0.5)

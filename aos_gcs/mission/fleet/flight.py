@@ -14,7 +14,7 @@ from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.airspace.plans import TrafficSituation, vet_plan
 from aos_gcs.airspace.reference_surface import LEVEL
 from aos_gcs.airspace.terrain import GroundRaster
-from aos_gcs.airspace.traffic import Obstacle, WaypointRequest
+from aos_gcs.airspace.traffic import ALL_ADMITTED, Admission, Obstacle, Traffic, WaypointRequest
 from aos_gcs.airspace.vetting import vet_waypoints
 from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict
 from aos_gcs.errors import CommandError, CommandRefusedError
@@ -217,17 +217,31 @@ class FlightControl:
 
     def _obstacles(self, moving_ids: set[int]) -> list[Obstacle]:
         """Return the other airborne vehicles whose positions are known."""
-        obstacles = []
-        for member in self._roster.members():
-            position_enu_m = self._roster.position_enu_m(member)
-            if member.vehicle_id not in moving_ids and member.airborne and position_enu_m is not None:
-                accuracy = self.accuracy(member)
-                obstacles.append(
-                    obstacle_of(
-                        member, position_enu_m, self._roster, self._settings, accuracy=accuracy, bottom_m=self._bottom_m
-                    )
-                )
-        return obstacles
+        others = (member for member in self._roster.members() if member.vehicle_id not in moving_ids)
+        return [obstacle for member in others if (obstacle := self._obstacle(member)) is not None]
+
+    def _obstacle(self, member: Member) -> Obstacle | None:
+        position_enu_m = self._roster.position_enu_m(member)
+        if not member.airborne or position_enu_m is None:
+            return None
+        accuracy, bottom_m = self.accuracy(member), self._bottom_m
+        return obstacle_of(member, position_enu_m, self._roster, self._settings, accuracy=accuracy, bottom_m=bottom_m)
+
+    def rest_of_way(self, member: Member, others: Iterable[Member], tolerance_m: float) -> Admission:
+        """Return how much of what is left of a granted way keeps clear of other vehicles, as they are known by now.
+
+        Args:
+            member: vehicle that flies to a waypoint.
+            others: vehicles to keep clear of.
+            tolerance_m: distance by which it may be too near to them.
+        """
+        position_enu_m, end_enu_m = self._roster.position_enu_m(member), destination_enu_m(member, self._settings)
+        if self._limits is None or position_enu_m is None or end_enu_m is None:
+            return ALL_ADMITTED
+        obstacles = [obstacle for other in others if (obstacle := self._obstacle(other)) is not None]
+        request = self._request(member, position_enu_m, end_enu_m)
+        traffic = Traffic([request], obstacles, self._limits.separation_m - tolerance_m)
+        return traffic.admissible(member.vehicle_id, position_enu_m, end_enu_m)
 
     def blocks_path(
         self,
@@ -354,18 +368,9 @@ class FlightControl:
             refused = [vehicle_id for vehicle_id, refusal in results.items() if refusal is not None]
             # A vehicle that refuses is asked again soon, even if others are still on their way.
             wait_s = _RETRY_S if refused else self._deadlines.move_s
-            piloted_ids = self._piloted_ids()
-
-            def undisturbed(known_ids: frozenset[int] = piloted_ids) -> list[Member]:
-                """Return the pending vehicles; none where a pilot takes one over, so that all paths are vetted anew."""
-                return pending() if self._piloted_ids() <= known_ids else []
-
-            await self.wait_until(undisturbed, self._waits, min(left_s, wait_s))
+            await self.wait_until(pending, self._waits, min(left_s, wait_s))
             await self._clock.sleep(_POLL_S)
         return pending()
-
-    def _piloted_ids(self) -> frozenset[int]:
-        return frozenset(member.vehicle_id for member in self._roster.airborne() if member.has_pilot)
 
     def _reachable(self, place_enu_m: NDArray[np.float64]) -> NDArray[np.float64]:
         if self._detours is None:

@@ -21,6 +21,7 @@ from aos_gcs.mission.fleet.proximity import ProximityWatch
 from aos_gcs.mission.fleet.return_and_land import ReturnAndLand
 from aos_gcs.mission.fleet.roster import FLYING, Member
 from aos_gcs.mission.fleet.standing_hold import StandingHold
+from aos_gcs.mission.fleet.way_watch import WayWatch
 from aos_gcs.mission.health import CatchingUp, Punctuality
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.ports import Hold, Severity
@@ -60,6 +61,7 @@ class Monitor:
         self._punctuality = Punctuality(_PERIOD_S)
         self._links = LinkWatch(context.roster, context.clock, context.journal, self._punctuality)
         self._proximity = ProximityWatch(context.roster, context.clock, context.journal, self._accuracy)
+        self._ways = WayWatch(context.roster, context.clock, context.journal)
         self._altitudes = AltitudeWatch(context.roster, context.clock, context.journal)
         self._accuracies = AccuracyWatch(context.roster, context.clock, context.journal)
         self._heights = GroundWatch(context.roster, context.clock, context.journal)
@@ -112,6 +114,8 @@ class Monitor:
                 self._watch_all_lost()
                 for member in self._proximity.look(self._context.flight.limits):
                     group.create_task(self._hold(member))
+                for member in self._ways.look(self._context.flight):
+                    group.create_task(self._context.flight.command(member, member.safety_hold or Hold()))
                 if loop.time() >= next_snapshot_s:
                     next_snapshot_s = loop.time() + _SNAPSHOT_PERIOD_S
                     self._publish()

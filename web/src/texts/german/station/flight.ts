@@ -50,6 +50,7 @@ export const flight: readonly StationText[] = [
     "Funk verloren: Ihre Notfunktion landet sie. Vor Ort prüfen",
   ],
   ["link lost", "Funk verloren"],
+  ["stops on its way: {reason}", "hält auf dem Weg an: {reason}"],
   [
     "must not fly on towards home now, so it hovers and tries again ({reason})",
     "darf jetzt nicht nach Hause weiterfliegen, schwebt und versucht es erneut ({reason})",
