@@ -88,6 +88,20 @@ def test_a_person_whom_leaves_hide_most_of_the_time_is_announced_by_its_warmth()
     assert agreed == [False, False, True]
 
 
+def test_two_looks_that_are_nearly_the_same_do_not_tell_a_person() -> None:
+    """Between leaves a boar showed its bare parts alone; flying past told nothing more, and it was announced."""
+    tracker = TargetTracker(replace(SETTINGS, detection=replace(SETTINGS.detection, found_steps=5)))
+    place = Geolocation(np.array([5.0, 20.0, 0.0]), 0.1 * np.eye(3), 0.1 * np.eye(3))
+    boar, in_flight = Verdict(FindingKind.PERSON, 0.99, ()), Verdict(FindingKind.ANIMAL, 0.4, (), is_evidence=False)
+    agreed = []
+    for step, verdict in enumerate((boar, boar, in_flight, in_flight, in_flight, boar, boar)):
+        tracker.observe(analysis(seen(5.0, 20.0)), STEP_S * (step + 1))
+        (track_id,) = tracker.places_enu_m()
+        tracker.judge({track_id: Judgement(verdict, place)})
+        agreed.append(tracker.agrees(track_id))
+    assert agreed == [False] * 6 + [True]
+
+
 def test_a_track_that_goes_from_a_person_to_a_stone_elsewhere_is_judged_by_the_stone_alone() -> None:
     """The track of a person jumped 10 m to a stone, which was announced for the person's sake."""
     tracker, track_id = TargetTracker(SETTINGS), 0

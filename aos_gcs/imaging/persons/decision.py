@@ -126,8 +126,7 @@ def pooled(verdicts: Sequence[Verdict]) -> Verdict:
     latest look that sees something else takes it for, or undecided where none does. Without temperatures, and where no
     look is evidence, the latest one decides.
     """
-    latest = verdicts[-1]
-    looks = [one for one in verdicts if one.is_evidence and one.probability is not None]
+    latest, looks = verdicts[-1], telling(verdicts)
     if latest.probability is None or not looks:
         return latest
     log_odds = sum(_log_odds(one.probability or 0.0) for one in looks) / len(looks)
@@ -136,6 +135,11 @@ def pooled(verdicts: Sequence[Verdict]) -> Verdict:
     decisive = [one for one in looks if (one.kind is FindingKind.PERSON) is is_person]
     verdict = decisive[-1] if decisive else replace(looks[-1], kind=FindingKind.UNDECIDED)
     return replace(verdict, probability=probability, is_surely_other=latest.is_surely_other, is_thorough=False)
+
+
+def telling(verdicts: Sequence[Verdict]) -> list[Verdict]:
+    """Return the looks that tell what was seen: those that are evidence, of frames with temperatures."""
+    return [one for one in verdicts if one.is_evidence and one.probability is not None]
 
 
 def _log_ratio_without_skin(looks: Sequence[Verdict]) -> float:

@@ -13,7 +13,15 @@ from numpy.typing import NDArray
 from aos_gcs.geometry.geodesy import EnuPoint
 from aos_gcs.imaging.geolocation import Geolocation, locate_together
 from aos_gcs.imaging.model import FocalGrid, StepAnalysis
-from aos_gcs.imaging.persons.decision import CLAIMED, DECISION, FindingKind, Verdict, pooled
+from aos_gcs.imaging.persons.decision import (
+    CLAIMED,
+    DECISION,
+    FRESH_LOOKS,
+    FindingKind,
+    Verdict,
+    pooled,
+    telling,
+)
 from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.mission.model.findings import ErrorEllipse, TargetEstimate
 from aos_gcs.mission.search.persons import Judgement
@@ -21,8 +29,9 @@ from aos_gcs.mission.search.same_body import SAME_PLACE_M
 from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.tracking.tracker import Measurement, Track, Tracks, observe
 
-POOLED_SIGHTINGS = 10
-"""Latest sightings of a target, with gaps or without, whose verdicts decide together what it is."""
+POOLED_SIGHTINGS = 20
+"""Latest sightings of a target, with gaps or without, whose verdicts decide together what it is. Leaves may show an
+animal's bare parts alone for four of them; of ten, they made it a person."""
 _WORSE = 1.5
 """Variance, over that of the place known, up to which a later place of a target that stays replaces it."""
 
@@ -240,12 +249,16 @@ class TargetTracker:
         """Return whether the latest sightings of a track agree: together they are of a person, all in one place.
 
         They agree on one place when they lie about their mean, or on one path when each lies where the track predicted
-        it. A warm body that stays may show between them, too. Without temperatures each must be an anomaly, and none of
+        it. A warm body that stays may show between them, too. Two or three looks that are nearly the same do not tell a
+        person. Without temperatures each must be an anomaly, and none of
         the steps between may lack one.
         """
         latest, verdict = list(self._seen.get(track_id, ())), self.verdict(track_id)
-        if verdict is not None and verdict.kind is FindingKind.PERSON and self._stays_warm(track_id):
-            return True
+        if verdict is not None and verdict.kind is FindingKind.PERSON:
+            if not self._is_seen_afresh(track_id):
+                return False
+            if self._stays_warm(track_id):
+                return True
         if len(latest) < self._detection.found_steps or not all(seen.is_claimable for seen in latest):
             return False
         if self._in_view(track_id) is None or verdict is None or verdict.kind not in CLAIMED:
@@ -255,6 +268,11 @@ class TargetTracker:
         surprises_m = [math.inf if seen.surprise_m is None else seen.surprise_m for seen in latest]
         spread_m = _spread_m([seen.position_enu_m for seen in latest])
         return min(spread_m, max(surprises_m)) <= self._detection.found_radius_m
+
+    def _is_seen_afresh(self, track_id: int) -> bool:
+        """Return whether looks that share no frame tell what a track is, or as many as sightings are asked for."""
+        pool, enough = self._pools.get(track_id), min(FRESH_LOOKS + 1, self._detection.found_steps)
+        return pool is not None and len(telling(pool.verdicts)) >= enough
 
     def _stays_warm(self, track_id: int) -> bool:
         """Return whether something warm shows in one place, often enough."""
