@@ -21,4 +21,10 @@ enum { PIXEL_U8 = 0, PIXEL_U16 = 1, PIXEL_F32 = 2 };
 #define INLINE static inline __attribute__((always_inline))
 #define SMALLER(a, b) ((a) < (b) ? (a) : (b))
 
+INLINE v8 load8(const float *p) {
+    v8 values;
+    memcpy(&values, p, sizeof values);
+    return values;
+}
+
 #endif

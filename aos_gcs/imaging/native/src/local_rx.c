@@ -64,12 +64,6 @@ INLINE void sum_windows(window_columns columns, long width, long outer_half, lon
     }
 }
 
-INLINE v8 load8(const float *p) {
-    v8 values;
-    memcpy(&values, p, sizeof values);
-    return values;
-}
-
 INLINE v8 larger(v8 one, float other) {
     for (int k = 0; k < LANES; k++) one[k] = one[k] > other ? one[k] : other;
     return one;

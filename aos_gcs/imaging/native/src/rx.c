@@ -31,25 +31,32 @@ INLINE void split_four(const float *p, long n, const float *shift, float planes[
         for (int band = 0; band < 4; band++) planes[band][k] = p[4 * k + band] - shift[band];
 }
 
+/* The same for bytes: a pixel is one number, of which each band is shifted down. */
+INLINE void split_four_bytes(const uint8_t *p, long n, const float *shift, float planes[MOST_BANDS][CHUNK]) {
+    uint32_t pixels[CHUNK];
+    memcpy(pixels, p, (size_t)n * sizeof *pixels);
+    for (int band = 0; band < 4; band++) {
+        const int bits = 8 * (__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__ ? band : 3 - band);
+        for (long k = 0; k < n; k++) planes[band][k] = (float)(int32_t)(pixels[k] >> bits & 255u) - shift[band];
+    }
+}
+
 /* Lays the bands of n pixels out in planes without a shift, and returns how many are finite; others become 0. */
 INLINE long split(const void *image, int kind, long first, long n, const int bands, const float *shift,
                   float planes[MOST_BANDS][CHUNK], float *known) {
-    if (kind == PIXEL_F32 && bands == 4) split_four((const float *)image + first * 4, n, shift, planes);
-    for (int band = 0; band < bands; band++) {
-        float *plane = planes[band];
-        const float own_shift = shift[band];
-        if (kind == PIXEL_U8) {
-            const uint8_t *p = (const uint8_t *)image + first * bands + band;
-            for (long k = 0; k < n; k++) plane[k] = (float)p[k * bands] - own_shift;
-        } else if (kind == PIXEL_U16) {
-            const uint16_t *p = (const uint16_t *)image + first * bands + band;
-            for (long k = 0; k < n; k++) plane[k] = (float)p[k * bands] - own_shift;
-        } else if (bands != 4) {
-            const float *p = (const float *)image + first * bands + band;
-            for (long k = 0; k < n; k++) plane[k] = p[k * bands] - own_shift;
+    if (bands == 4 && kind == PIXEL_F32) split_four((const float *)image + first * 4, n, shift, planes);
+    else if (bands == 4 && kind == PIXEL_U8) split_four_bytes((const uint8_t *)image + first * 4, n, shift, planes);
+    else
+        for (int band = 0; band < bands; band++) {
+            const long from = first * bands + band;
+            for (long k = 0; k < n; k++)
+                planes[band][k] = (kind == PIXEL_U8    ? (float)((const uint8_t *)image)[from + k * bands]
+                                   : kind == PIXEL_U16 ? (float)((const uint16_t *)image)[from + k * bands]
+                                                       : ((const float *)image)[from + k * bands]) -
+                                  shift[band];
         }
-        for (long k = n; k < CHUNK; k++) plane[k] = 0.0f;
-    }
+    for (int band = 0; band < bands; band++)
+        for (long k = n; k < CHUNK; k++) planes[band][k] = 0.0f;
     if (kind != PIXEL_F32) return n;
     /* Of finite numbers the product with 0 is 0; of all others it is no number, and no sum of it is one. */
     for (long k = 0; k < CHUNK; k++) known[k] = 0.0f;
@@ -63,28 +70,9 @@ INLINE long split(const void *image, int kind, long first, long n, const int ban
     return finite;
 }
 
-INLINE double dot(const float *one, const float *other) {
-    v8 sum = {0};
-    for (long k = 0; k < CHUNK; k += 8) {
-        v8 a, b;
-        memcpy(&a, one + k, sizeof a);
-        memcpy(&b, other + k, sizeof b);
-        sum += a * b;
-    }
+INLINE double sum_of(v8 lanes) {
     double total = 0.0;
-    for (int lane = 0; lane < 8; lane++) total += sum[lane];
-    return total;
-}
-
-INLINE double plain_sum(const float *values) {
-    v8 sum = {0};
-    for (long k = 0; k < CHUNK; k += 8) {
-        v8 a;
-        memcpy(&a, values + k, sizeof a);
-        sum += a;
-    }
-    double total = 0.0;
-    for (int lane = 0; lane < 8; lane++) total += sum[lane];
+    for (int lane = 0; lane < 8; lane++) total += lanes[lane];
     return total;
 }
 
@@ -93,25 +81,36 @@ INLINE void moments(const void *image, int kind, long pixels, const int bands, c
     float planes[MOST_BANDS][CHUNK], finite[CHUNK];
     for (long first = 0; first < pixels; first += CHUNK) {
         *known += split(image, kind, first, SMALLER(pixels - first, CHUNK), bands, shift, planes, finite);
+        /* All side by side: each sum alone would wait for itself. */
+        v8 sum[MOST_BANDS] = {{0}}, product[MOST_BANDS][MOST_BANDS] = {{{0}}};
+        for (long k = 0; k < CHUNK; k += 8)
+            for (int i = 0; i < bands; i++) {
+                const v8 own = load8(planes[i] + k);
+                sum[i] += own;
+                for (int j = 0; j <= i; j++) product[i][j] += own * load8(planes[j] + k);
+            }
         for (int i = 0; i < bands; i++) {
-            sums[i] += plain_sum(planes[i]);
-            for (int j = 0; j <= i; j++) products[i * bands + j] += dot(planes[i], planes[j]);
+            sums[i] += sum_of(sum[i]);
+            for (int j = 0; j <= i; j++) products[i * bands + j] += sum_of(product[i][j]);
         }
     }
 }
 
 INLINE void distances(const void *image, int kind, long pixels, const int bands, const float *mean,
                       const float *whitening, float *scores) {
-    float planes[MOST_BANDS][CHUNK], finite[CHUNK];
+    float planes[MOST_BANDS][CHUNK], finite[CHUNK], own_scores[CHUNK];
     for (long first = 0; first < pixels; first += CHUNK) {
         const long n = SMALLER(pixels - first, CHUNK);
         const int gaps = split(image, kind, first, n, bands, mean, planes, finite) < n;
-        float *own = scores + first, own_scores[CHUNK], whitened[CHUNK];
-        for (int i = 0; i < bands; i++) {
-            for (long k = 0; k < CHUNK; k++) whitened[k] = whitening[i * bands] * planes[0][k];
-            for (int j = 1; j <= i; j++)
-                for (long k = 0; k < CHUNK; k++) whitened[k] += whitening[i * bands + j] * planes[j][k];
-            for (long k = 0; k < CHUNK; k++) own_scores[k] = (i ? own_scores[k] : 0.0f) + whitened[k] * whitened[k];
+        float *own = scores + first;
+        for (long k = 0; k < CHUNK; k += 8) {
+            v8 score = {0};
+            for (int i = 0; i < bands; i++) {
+                v8 whitened = whitening[i * bands] * load8(planes[0] + k);
+                for (int j = 1; j <= i; j++) whitened += whitening[i * bands + j] * load8(planes[j] + k);
+                score += whitened * whitened;
+            }
+            memcpy(own_scores + k, &score, sizeof score);
         }
         memcpy(own, own_scores, (size_t)n * sizeof *own);
         if (gaps)

@@ -17,12 +17,6 @@ typedef struct {
     int64_t height, width;
 } warped_image;
 
-INLINE v8 load8_f32(const float *p) {
-    v8 values;
-    memcpy(&values, p, sizeof values);
-    return values;
-}
-
 INLINE v8 load8_u16(const uint16_t *p) {
 #ifdef __AVX2__
     return (v8)_mm256_cvtepi32_ps(_mm256_cvtepu16_epi32(_mm_loadu_si128((const __m128i *)p)));
@@ -40,7 +34,7 @@ INLINE v8 load8_u8(const uint8_t *p) {
 }
 
 #define PIXEL float
-#define LOAD8 load8_f32
+#define LOAD8 load8
 #define NAME(name) name##_f32
 #include "warp_rows.h"
 #undef PIXEL
