@@ -6,7 +6,7 @@ Source: Kurmi, Schedl and Bimber, *Airborne Optical Sectioning*, Journal of Imag
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence, Sized
 from functools import partial
 from itertools import islice
 from typing import TypeAlias
@@ -67,8 +67,8 @@ class ViewIntegral:
         for frame in frames:
             check_frame(frame, self._bands)
         projected = [(frame.image, self._view.project(frame)) for frame in frames]
-        layers = self._layers(projected)
-        per_band = parallel_map(partial(self._add_to_band, projected, layers), self._bands_of_rows())
+        layers = None if self._exact else _layers(projected, self._view)
+        per_band = parallel_map(partial(self._add_to_band, projected, layers), _bands_of_rows(self._view))
         self._is_empty = False
         return [any(seen) for seen in zip(*per_band, strict=True)]
 
@@ -80,9 +80,9 @@ class ViewIntegral:
         """
         check_frame(frame, self._bands)
         projected = [(frame.image, self._view.project(frame))]
-        layers = self._layers(projected)
+        layers = None if self._exact else _layers(projected, self._view)
         # In the bands that it was added in: what is taken away is then the same to the last digit.
-        own = [(slice(*band), *self._sums_of_band(projected, layers, band)[:2]) for band in self._bands_of_rows()]
+        own = [(slice(*band), *self._sums_of_band(projected, layers, band)[:2]) for band in _bands_of_rows(self._view)]
         if any((self.coverage[rows] < count).any() for rows, _, count in own):
             raise ImagingError(f"The frame of vehicle {frame.vehicle_id} is not part of the integral.")
         for rows, total, count in own:
@@ -102,26 +102,8 @@ class ViewIntegral:
         return mean, coverage
 
     def _divide(self, integral: NDArray[np.float32]) -> NDArray[np.float32]:
-        parallel_map(partial(self._divide_band, integral), self._bands_of_rows())
+        parallel_map(partial(self._divide_band, integral), _bands_of_rows(self._view))
         return integral
-
-    def _bands_of_rows(self) -> Iterator[tuple[int, int]]:
-        rows = self._view.shape[0]
-        return ((first, min(first + BAND_ROWS, rows)) for first in range(0, rows, BAND_ROWS))
-
-    def _layers(self, projected: Sequence[Projected]) -> Layers | None:
-        """Return images for the kernel that adds all at once; None where there is none for them."""
-        if self._exact:
-            return None
-        layers = []
-        for image, projection in projected:
-            if projection is None:
-                layers.append(Layer(image, np.eye(3), np.zeros((self._view.shape[0], 2), dtype=np.int32)))
-            elif isinstance(projection, PlaneProjection) and projection.camera.distortion is None:
-                layers.append(Layer(image, projection.H_raster2image, projection.spans))
-            else:
-                return None
-        return Layers.of(layers)
 
     def _add_to_band(self, projected: Sequence[Projected], layers: Layers | None, band: tuple[int, int]) -> list[bool]:
         """Add images to a band of rows, and tell of each whether it covers anything there."""
@@ -145,7 +127,7 @@ class ViewIntegral:
 
         Args:
             projected: the images.
-            layers: see :meth:`_layers`.
+            layers: see :func:`_layers`.
             band: first row and the one behind the last.
             total: memory of the sums, all 0; None: new one.
             count: memory of the numbers, all 0; None: new one.
@@ -227,6 +209,8 @@ def integrate(
     batch = list(islice(remaining, BATCH_FRAMES))
     if not batch:
         raise ImagingError("There is no frame to integrate: give at least one.")
+    if len(batch) < BATCH_FRAMES or (isinstance(frames, Sized) and len(frames) == len(batch)):
+        return integrate_batch(batch, view, exact=exact)
     integral = ViewIntegral(view, batch[0].bands, exact=exact)
     while batch:
         integral.add_all(batch)
@@ -234,6 +218,50 @@ def integrate(
         batch.clear()
         batch.extend(islice(remaining, BATCH_FRAMES))
     return integral.take()
+
+
+def integrate_batch(
+    frames: Sequence[Frame], view: FocalView, *, exact: bool = True
+) -> tuple[NDArray[np.float32], NDArray[np.uint16]]:
+    """Return what :func:`integrate` does, of a few frames that are held all at once: in one pass where it can be."""
+    bands = frames[0].bands
+    if not exact:
+        for frame in frames:
+            check_frame(frame, bands)
+        layers = _layers([(frame.image, view.project(frame)) for frame in frames], view)
+        if layers is not None:
+            mean, coverage = np.empty((*view.shape, len(bands)), np.float32), np.empty(view.shape, np.uint16)
+            if not any(parallel_map(partial(_mean_of_band, layers, mean, coverage), _bands_of_rows(view))):
+                return mean, coverage
+    integral = ViewIntegral(view, bands, exact=exact)
+    integral.add_all(frames)
+    return integral.take()
+
+
+def _mean_of_band(
+    layers: Layers, mean: NDArray[np.float32], coverage: NDArray[np.uint16], band: tuple[int, int]
+) -> bool:
+    """Write means and numbers of images of a band of rows, and tell whether images have gaps there."""
+    rows = slice(*band)
+    return layers.mean(band, mean[rows], coverage[rows])[1]
+
+
+def _layers(projected: Sequence[Projected], view: FocalView) -> Layers | None:
+    """Return images for the kernel that adds all at once; None where there is none for them."""
+    layers = []
+    for image, projection in projected:
+        if projection is None:
+            layers.append(Layer(image, np.eye(3), np.zeros((view.shape[0], 2), dtype=np.int32)))
+        elif isinstance(projection, PlaneProjection) and projection.camera.distortion is None:
+            layers.append(Layer(image, projection.H_raster2image, projection.spans))
+        else:
+            return None
+    return Layers.of(layers)
+
+
+def _bands_of_rows(view: FocalView) -> Iterator[tuple[int, int]]:
+    rows = view.shape[0]
+    return ((first, min(first + BAND_ROWS, rows)) for first in range(0, rows, BAND_ROWS))
 
 
 def check_frame(frame: Frame, bands: tuple[str, ...]) -> None:

@@ -84,6 +84,18 @@ def test_gaps_cover_nothing(bands: int) -> None:
     np.testing.assert_allclose(mean, plain_mean, atol=0.01)
 
 
+@pytest.mark.parametrize("dtype", ["u1", "u2", "f4"])
+@pytest.mark.parametrize("bands", [1, 3, 4, 6])
+def test_means_in_one_pass_are_those_of_sums(dtype: str, bands: int) -> None:
+    taken = frames(dtype, bands)
+    view = perspective_view(CAMERA, nadir_pose([1.0, 0.0, 31.0], 0.1), 0.0)
+    sums = ViewIntegral(view, taken[0].bands, exact=False)
+    sums.add_all(taken)
+    mean, count = integrate(taken, view, exact=False)
+    np.testing.assert_array_equal(count, sums.coverage)
+    np.testing.assert_array_equal(mean, sums.mean())
+
+
 def test_frames_that_are_removed_leave_the_others() -> None:
     taken = frames("u1", 4)
     view = perspective_view(CAMERA, taken[0].pose, 0.0)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -70,8 +70,23 @@ class Layers:
             total: their sums, float32, shape (rows, columns, bands), contiguous.
             count: their numbers of images, shape (rows, columns), contiguous.
         """
+        return self._call(self._compiled.aos_add_warped, band, total, count)
+
+    def mean(self, band: tuple[int, int], mean: Pixels, count: NDArray[np.uint16]) -> tuple[NDArray[np.uint8], bool]:
+        """Write the means of some rows, NaN where nothing covers, and return what :meth:`add` does.
+
+        Args:
+            band: see :meth:`add`.
+            mean: memory of the means, as that of sums there.
+            count: memory of the numbers of images.
+        """
+        return self._call(self._compiled.aos_mean_of_warped, band, mean, count)
+
+    def _call(
+        self, function: Callable[..., int], band: tuple[int, int], total: Pixels, count: NDArray[np.uint16]
+    ) -> tuple[NDArray[np.uint8], bool]:
         covers = np.empty(len(self._images), dtype=np.uint8)
-        gaps = self._compiled.aos_add_warped(
+        gaps = function(
             self._images,
             len(self._images),
             self._kind,

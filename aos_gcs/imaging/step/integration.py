@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -11,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from aos_gcs.imaging.integral import BATCH_FRAMES, ViewIntegral
+from aos_gcs.imaging.integral import BATCH_FRAMES, ViewIntegral, integrate_batch
 from aos_gcs.imaging.model import FocalGrid, Frame
 from aos_gcs.imaging.native.kernels import can_warp
 from aos_gcs.imaging.scratch import borrow, give_back
@@ -46,15 +47,24 @@ def integrate(frames: Sequence[Frame], grid: FocalGrid, shape: tuple[int, int] |
         )
         view = replace(view, shape=shape, H_raster2plane=view.H_raster2plane @ to_grid)
         width_px = 2 * int(min(rows_each, columns_each) / 2) + 1
+    batches = [frames[first : first + BATCH_FRAMES] for first in range(0, len(frames), BATCH_FRAMES)]
     integral = ViewIntegral(view, frames[0].bands, exact=False)
-    for first in range(0, len(frames), BATCH_FRAMES):
-        batch = frames[first : first + BATCH_FRAMES]
-        converted = parallel_map(partial(_in_single_precision, width_px=width_px), batch)
-        integral.add_all(converted)
-        for frame, own in zip(batch, converted, strict=True):
-            if own.image is not frame.image:
-                give_back(own.image.view(np.float32))
+    for batch in batches:
+        with _converted(batch, width_px) as converted:
+            if len(batches) == 1:
+                return StepIntegral(*integrate_batch(converted, view, exact=False))
+            integral.add_all(converted)
     return StepIntegral(*integral.take())
+
+
+@contextmanager
+def _converted(frames: Sequence[Frame], width_px: int) -> Iterator[Sequence[Frame]]:
+    """Provide frames in single precision, in memory that others get afterwards."""
+    converted = parallel_map(partial(_in_single_precision, width_px=width_px), frames)
+    yield converted
+    for frame, own in zip(frames, converted, strict=True):
+        if own.image is not frame.image:
+            give_back(own.image.view(np.float32))
 
 
 def _in_single_precision(frame: Frame, width_px: int) -> Frame:

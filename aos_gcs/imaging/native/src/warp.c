@@ -82,8 +82,15 @@ INLINE int has_gaps(const float *total, long rows, long step, long n) {
     return gaps;
 }
 
+INLINE void divide(const float *total, const uint16_t *count, long cells, const int bands, float *mean) {
+    for (long i = 0; i < cells; i++) {
+        const float number = count[i] ? (float)count[i] : NAN;
+        for (int band = 0; band < bands; band++) mean[i * bands + band] = total[i * bands + band] / number;
+    }
+}
+
 INLINE int add_rows(const warped_image *images, long number, const int kind, const int bands, long first_row,
-                     long end_row, long columns, float *total, uint16_t *count, uint8_t *covers) {
+                     long end_row, long columns, const int is_mean, float *total, uint16_t *count, uint8_t *covers) {
     for (long i = 0; i < number; i++) {
         covers[i] = 0;
         for (long row = first_row; row < end_row; row++)
@@ -92,23 +99,40 @@ INLINE int add_rows(const warped_image *images, long number, const int kind, con
     int gaps = 0;
     /* Tile by tile, so that the sums, and what images turned against the raster show of a tile, stay in the cache. */
     for (long row = first_row; row < end_row; row += TILE_ROWS) {
-        const long tile_end = SMALLER(row + TILE_ROWS, end_row);
+        const long tile_rows = SMALLER(end_row - row, (long)TILE_ROWS);
+        float *tile_total = total + (row - first_row) * columns * bands;
+        uint16_t *tile_count = count + (row - first_row) * columns;
         for (long column = 0; column < columns; column += BLOCK) {
-            const long right = SMALLER(column + BLOCK, columns);
-            float *own_total = total + (row - first_row) * columns * bands;
+            const long width = SMALLER(columns - column, (long)BLOCK);
+            float *own_total = tile_total + column * bands;
+            uint16_t *own_count = tile_count + column;
+            if (is_mean)
+                for (long i = 0; i < tile_rows; i++) {
+                    memset(own_total + i * columns * bands, 0, (size_t)(width * bands) * sizeof *own_total);
+                    memset(own_count + i * columns, 0, (size_t)width * sizeof *own_count);
+                }
             for (long i = 0; i < number; i++)
-                add_tile(images + i, kind, bands, row, tile_end, column, right, columns, own_total,
-                         count + (row - first_row) * columns);
-            if (kind == PIXEL_F32)
-                gaps |= has_gaps(own_total + column * bands, tile_end - row, columns * bands, (right - column) * bands);
+                add_tile(images + i, kind, bands, row, row + tile_rows, column, column + width, columns, tile_total,
+                         tile_count);
+            if (kind == PIXEL_F32) gaps |= has_gaps(own_total, tile_rows, columns * bands, width * bands);
+            if (is_mean)
+                for (long i = 0; i < tile_rows; i++) {
+                    float *mean = own_total + i * columns * bands;
+                    divide(mean, own_count + i * columns, width, bands, mean);
+                }
         }
     }
     return gaps;
 }
 
-#define ADD(kind, bands) add_rows(images, number, kind, bands, first_row, end_row, columns, total, count, covers)
-#define ADD_BANDS(kind)                                                                                                \
-    (bands == 4 ? ADD(kind, 4) : bands == 1 ? ADD(kind, 1) : ADD(kind, bands))
+#define ADD(kind, bands, is_mean)                                                                                      \
+    add_rows(images, number, kind, bands, first_row, end_row, columns, is_mean, total, count, covers)
+#define ADD_BANDS(kind, is_mean)                                                                                       \
+    (bands == 4 ? ADD(kind, 4, is_mean) : bands == 1 ? ADD(kind, 1, is_mean) : ADD(kind, bands, is_mean))
+#define ADD_KINDS(is_mean)                                                                                             \
+    (kind == PIXEL_U8    ? ADD_BANDS(PIXEL_U8, is_mean)                                                                \
+     : kind == PIXEL_U16 ? ADD_BANDS(PIXEL_U16, is_mean)                                                               \
+                         : ADD_BANDS(PIXEL_F32, is_mean))
 
 /* Adds images to some rows of a raster, and returns whether any of the sums is no finite number then.
 
@@ -119,14 +143,14 @@ INLINE int add_rows(const warped_image *images, long number, const int kind, con
    covers: becomes 1 for each image that covers anything of the rows, else 0 */
 int aos_add_warped(const warped_image *images, long number, int kind, int bands, long first_row, long end_row,
                   long columns, float *total, uint16_t *count, uint8_t *covers) {
-    return kind == PIXEL_U8 ? ADD_BANDS(PIXEL_U8) : kind == PIXEL_U16 ? ADD_BANDS(PIXEL_U16) : ADD_BANDS(PIXEL_F32);
+    return ADD_KINDS(0);
 }
 
-INLINE void divide(const float *total, const uint16_t *count, long cells, const int bands, float *mean) {
-    for (long i = 0; i < cells; i++) {
-        const float number = count[i] ? (float)count[i] : NAN;
-        for (int band = 0; band < bands; band++) mean[i * bands + band] = total[i * bands + band] / number;
-    }
+/* The same for rows that hold nothing yet, with any content: total becomes the mean of the images, NaN where nothing
+   covers. */
+int aos_mean_of_warped(const warped_image *images, long number, int kind, int bands, long first_row, long end_row,
+                       long columns, float *total, uint16_t *count, uint8_t *covers) {
+    return ADD_KINDS(1);
 }
 
 /* Divides the sums of cells by their numbers of images, NaN where that is 0; both may be the same memory. */
