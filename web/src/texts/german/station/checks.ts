@@ -135,4 +135,131 @@ export const checks: readonly StationText[] = [
   ],
   ["through no other layer", "durch keine andere Ebene"],
   ["along the ground", "am Boden entlang"],
+  // Heights, returns and geofences.
+  ["{height} m above the median of all", "{height} m über dem Median aller"],
+  ["{height} m below the median of all", "{height} m unter dem Median aller"],
+  [
+    "{most} m are allowed: restart it where the sky is open, place all on level ground, use RTK, or widen the layer spacing",
+    "{most} m sind erlaubt: unter freiem Himmel neu starten, alle auf ebenen Boden stellen, RTK verwenden oder den Abstand der Höhenebenen vergrößern",
+  ],
+  [
+    "layers of {spacing} m need an RTK fix: wait for corrections, or set the layer spacing to {least} m or more",
+    "Höhenebenen von {spacing} m brauchen eine RTK-Ortung: auf Korrekturen warten oder ihren Abstand auf {least} m oder mehr setzen",
+  ],
+  [
+    "layers of {spacing} m need better: wait for corrections, or set the layer spacing to {least} m or more",
+    "Höhenebenen von {spacing} m brauchen Genaueres: auf Korrekturen warten oder ihren Abstand auf {least} m oder mehr setzen",
+  ],
+  [
+    "send MAVLink 2, so that its receiver can say how accurate it is",
+    "MAVLink 2 senden, damit ihr Empfänger seine Genauigkeit melden kann",
+  ],
+  [
+    "± {accuracy} m (95 %), {fix}, estimator in doubt ({ratio} of what it accepts)",
+    "± {accuracy} m (95 %), {fix}, Höhenschätzung im Zweifel ({ratio} des Erlaubten)",
+  ],
+  ["± {accuracy} m (95 %), {fix}", "± {accuracy} m (95 %), {fix}"],
+  ["the return point is {where}", "der Rückkehrpunkt ist {where}"],
+  ["it is {where}", "er ist {where}"],
+  ["outside of {boundary}", "außerhalb: {boundary}"],
+  ["inside of {boundary}", "innerhalb: {boundary}"],
+  [
+    "{distance} m from {boundary}, within the margin of {margin} m",
+    "{distance} m entfernt, innerhalb des Abstands von {margin} m: {boundary}",
+  ],
+  [
+    "cut off from the search area by the geofence or no-go zones",
+    "durch Geofence oder Sperrzonen vom Suchgebiet abgeschnitten",
+  ],
+  ["move it, or widen the geofence", "umsetzen oder den Geofence erweitern"],
+  ["move one of them", "eines von beiden verlegen"],
+  ["move it, or lower the margin", "umsetzen oder den Abstand verringern"],
+  ["make a passage, or move it", "einen Durchgang schaffen oder umsetzen"],
+  [
+    "by up to {climb} m, through the layers of vehicles that may be above it then: {others}",
+    "um bis zu {climb} m, durch die Ebenen von Drohnen, die dann über ihr sein können: {others}",
+  ],
+  [
+    "fly level layers (terrain.follow = false), or accept that by an override",
+    "waagrechte Höhenebenen fliegen (terrain.follow = false) oder eine Ausnahme machen",
+  ],
+  [
+    "{height} m, and {climb} m above where it is, {missing} m below {what}",
+    "{height} m, und {climb} m über dem Ort, an dem sie ist, {missing} m unter: {what}",
+  ],
+  ["{height} m, and {climb} m above where it is", "{height} m, und {climb} m über dem Ort, an dem sie ist"],
+  ["{height} m, {missing} m below {what}", "{height} m, {missing} m unter: {what}"],
+  ["{corners} corners, up to {ceiling} m", "{corners} Ecken, bis {ceiling} m"],
+  ["it would climb through other layers: {remedy}", "sie würde durch andere Ebenen steigen: {remedy}"],
+  [
+    "raise the layers by {height} m: this one does not clear the ground on the way home",
+    "die Höhenebenen um {height} m anheben: Diese ist auf dem Rückweg zu nah am Boden",
+  ],
+  [
+    "set it with another ground station ({settings}) to {height}, or allow this station to (preflight.set_return_height)",
+    "mit einer anderen Bodenstation ({settings}) auf {height} setzen oder dieser Station erlauben (preflight.set_return_height)",
+  ],
+  ["{height} m or more", "{height} m oder mehr"],
+  ["{height} m, its layer, or less", "{height} m, ihre Ebene, oder weniger"],
+  ["between {least} m and {layer} m, its layer", "zwischen {least} m und {layer} m, ihrer Ebene"],
+  ["its board has the same id as that of vehicle {other}", "ihre Platine hat dieselbe ID wie die von Drohne {other}"],
+  ["its own, board {board}", "eigene, Platine {board}"],
+  ["its own", "eigene"],
+  ["{size}, {focal}, {angle}° below the horizon", "{size}, {focal}, {angle}° unter dem Horizont"],
+  [
+    "{size}, {focal}, {angle}° below the horizon, {distance} m from the vehicle",
+    "{size}, {focal}, {angle}° unter dem Horizont, {distance} m von der Drohne",
+  ],
+  [
+    "its pose is wrong: check the camera's clock and where its positions come from",
+    "ihre Pose ist falsch: Uhr der Kamera und Herkunft ihrer Positionen prüfen",
+  ],
+  [
+    "normal for simulators; with real vehicles, check whether one is heard under two ids",
+    "bei Simulatoren üblich; bei echten Drohnen prüfen, ob eine unter zwei IDs gehört wird",
+  ],
+  [
+    "raise the ceiling, lower the layers, or fly fewer vehicles",
+    "Höchsthöhe anheben, Höhenebenen senken oder weniger Drohnen fliegen",
+  ],
+  [
+    "the layers follow the ground: correct the elevation model",
+    "die Ebenen folgen dem Boden: das Höhenmodell berichtigen",
+  ],
+  [
+    "vehicle {id} flew in it when last heard {age} s ago: look for it",
+    "Drohne {id} flog darin, als sie vor {age} s zuletzt gehört wurde: nach ihr sehen",
+  ],
+  [
+    "vehicle {id} has it or flies in it: land that vehicle first",
+    "Drohne {id} hat sie oder fliegt darin: diese zuerst landen",
+  ],
+  ["set", "gesetzt"],
+  ["yes", "ja"],
+  ["{height} m, outside of {floor} to {ceiling} m", "{height} m, außerhalb von {floor} bis {ceiling} m"],
+  ["HDOP {hdop}", "HDOP {hdop}"],
+  ["never heard, {rest}", "nie gehört, {rest}"],
+  [", {loss} % lost, {trip} ms round trip", ", {loss} % verloren, {trip} ms hin und zurück"],
+  [", {loss} % lost", ", {loss} % verloren"],
+  [", {trip} ms round trip", ", {trip} ms hin und zurück"],
+  ["{loss} % lost", "{loss} % verloren"],
+  ["{trip} ms round trip", "{trip} ms hin und zurück"],
+  ["offset known, drifts by {drift} µs per second", "Abweichung bekannt, Drift {drift} µs pro Sekunde"],
+  [
+    "{most} m are allowed: wait for a better fix, or check the model's vertical datum",
+    "{most} m sind erlaubt: auf bessere Ortung warten oder das Höhendatum des Modells prüfen",
+  ],
+  [
+    "GPS altitude {altitude} m, {height} m above the ground of the elevation model",
+    "GPS-Höhe {altitude} m, {height} m über dem Boden des Höhenmodells",
+  ],
+  [
+    "GPS altitude {altitude} m, {height} m below the ground of the elevation model",
+    "GPS-Höhe {altitude} m, {height} m unter dem Boden des Höhenmodells",
+  ],
+  [
+    "autopilots that return by themselves are up to {height} m above the ground at {place}, {excess} m beyond the ceiling above ground",
+    "Autopiloten, die selbst zurückkehren, sind bei {place} bis zu {height} m über Grund, {excess} m über der Höchsthöhe über Grund",
+  ],
+  ["the ground is not known at its launch point", "der Boden an ihrem Startpunkt ist nicht bekannt"],
 ];

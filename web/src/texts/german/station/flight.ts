@@ -37,6 +37,15 @@ export const flight: readonly StationText[] = [
     "it reports no target any more, as when another station sets its attitude",
     "sie meldet kein Ziel mehr, wie wenn eine andere Station ihre Lage vorgibt",
   ],
+  ["cannot take off for the relay: {reason}", "kann nicht zur Ablösung starten: {reason}"],
+  [
+    "has another battery, and is ready to relieve others (simulated)",
+    "hat einen anderen Akku und kann andere ablösen (simuliert)",
+  ],
+  [
+    "{text}; it was taken over before: {reason}. Resume this vehicle alone",
+    "{text}; sie wurde zuvor übernommen: {reason}. Diese Drohne einzeln fortsetzen",
+  ],
   ["found in the air: held, as all are", "in der Luft gefunden: wird wie alle gehalten"],
   [
     "airborne again after its landing. Hold it, return it or land it",

@@ -1,9 +1,23 @@
 /** German translations of what the station says, by what it is about. */
 import type { StationText } from "../../station";
+import { access } from "./access";
 import { checks } from "./checks";
 import { commands } from "./commands";
 import { flight } from "./flight";
 import { mission } from "./mission";
+import { refusals } from "./refusals";
 import { search } from "./search";
+import { sharing } from "./sharing";
+import { vehicles } from "./vehicles";
 
-export const station: readonly StationText[] = [...checks, ...commands, ...flight, ...mission, ...search];
+export const station: readonly StationText[] = [
+  ...access,
+  ...checks,
+  ...commands,
+  ...flight,
+  ...mission,
+  ...refusals,
+  ...search,
+  ...sharing,
+  ...vehicles,
+];

@@ -1,0 +1,34 @@
+/** German translations of what the station says of live sharing, and of surveys of recorded flights. */
+import type { StationText } from "../../station";
+
+export const sharing: readonly StationText[] = [
+  ["Sharing with {name} ({target}): {text}", "Weitergabe an {name} ({target}): {text}"],
+  [
+    "Sharing with {name} ({target}): nothing is shared. {text}",
+    "Weitergabe an {name} ({target}): Nichts wird weitergegeben. {text}",
+  ],
+  ["From {source}: {what} for the plan", "Von {source}: {what} für den Plan"],
+  ["one proposal waits", "ein Vorschlag wartet"],
+  ["{count} proposals wait", "{count} Vorschläge warten"],
+  [
+    "{program}'s process {reason} and is replaced. The mission goes on",
+    "Prozess „{program}“ {reason} und wird ersetzt. Die Mission geht weiter",
+  ],
+  // Surveys.
+  ["{count} of {all} pictures examined: {found}.", "{count} von {all} Bildern untersucht: {found}."],
+  ["{count} possible person", "{count} mögliche Person"],
+  ["{count} possible persons", "{count} mögliche Personen"],
+  ["no person found", "keine Person gefunden"],
+  [
+    "{found}, as no place is in {views} successive pictures: only pictures that overlap can be examined",
+    "{found}, da kein Ort auf {views} aufeinanderfolgenden Bildern ist: Nur Bilder, die sich überlappen, können untersucht werden",
+  ],
+  [
+    "{found}, in the {share} % of the ground that {views} successive pictures or more show",
+    "{found}, auf den {share} % des Bodens, die {views} aufeinanderfolgende Bilder oder mehr zeigen",
+  ],
+  ["Finding {id}: possible person", "Fund {id}: mögliche Person"],
+  ["Finding {id}: anomaly", "Fund {id}: Anomalie"],
+  ["Picture left out: {reason}", "Bild ausgelassen: {reason}"],
+  ["A window is left out: {reason}", "Ein Fenster ist ausgelassen: {reason}"],
+];
