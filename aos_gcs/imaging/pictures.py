@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from aos_gcs.imaging.indexed import IndexedPicture
 from aos_gcs.imaging.model import Frame, StepAnalysis
 from aos_gcs.imaging.step.integration import integrate
 from aos_gcs.imaging.workers import parallel_map
@@ -61,8 +62,8 @@ def render_pictures(frames: Sequence[Frame], analysis: StepAnalysis) -> tuple[Ra
         analysis: analysis of the step.
     """
     mean = integrate(frames, analysis.grid, picture_shape(*analysis.coverage.shape)).mean
-    images = shade_step(analysis, mean, frames[0].bands, KINDS[:3])
-    encoded = parallel_map(encode_png, images.values())
+    images = _shade(analysis, mean, frames[0].bands, KINDS[:3])
+    encoded = parallel_map(_encode, images.values())
     grid = analysis.grid
     return tuple(
         RasterPicture(
@@ -89,22 +90,30 @@ def shade_step(
         bands: bands of the frames.
         kinds: some of :data:`KINDS`.
     """
+    images = _shade(analysis, integral, bands, kinds)
+    return {kind: image.rgba() if isinstance(image, IndexedPicture) else image for kind, image in images.items()}
+
+
+def _shade(
+    analysis: StepAnalysis, integral: NDArray[np.float32] | None, bands: tuple[str, ...], kinds: Sequence[str]
+) -> dict[str, NDArray[np.uint8] | IndexedPicture]:
+    """Return what :func:`shade_step` does, of few colours as such."""
     size = picture_shape(*analysis.coverage.shape)[::-1]
     # Nearest keeps counts whole.
     coverage = np.asarray(cv2.resize(analysis.coverage, size, interpolation=cv2.INTER_NEAREST), dtype=np.uint16)
     # Where few frames overlap, leaves and noise are not averaged away; they must not set the contrast.
     well_covered = coverage >= max(1, int(analysis.coverage.max()) // 2)
-    images = {}
+    images: dict[str, NDArray[np.uint8] | IndexedPicture] = {}
     if integral is not None:
         reduced = _reduce_integral(integral, size)
         if "integral" in kinds:
             images["integral"] = shade_integral(reduced, bands, well_covered)
         if "thermal" in kinds and "thermal" in bands:
-            images["thermal"] = shade_thermal(reduced[:, :, bands.index("thermal")], well_covered)
+            images["thermal"] = _index_thermal(reduced[:, :, bands.index("thermal")], well_covered)
     if "anomaly" in kinds:
-        images["anomaly"] = shade_counts(_reduce_counts(analysis.anomaly_count, size), coverage > 0)
+        images["anomaly"] = _index_counts(_reduce_counts(analysis.anomaly_count, size), coverage > 0)
     if "coverage" in kinds:
-        images["coverage"] = shade_counts(coverage, coverage > 0)
+        images["coverage"] = _index_counts(coverage, coverage > 0)
     return images
 
 
@@ -150,8 +159,12 @@ def shade_thermal(band: NDArray[np.float32], contrast_from: NDArray[np.bool] | N
         band: in any unit.
         contrast_from: cells that set the contrast, shape (H, W); None: all of them.
     """
+    return _index_thermal(band, contrast_from).rgba()
+
+
+def _index_thermal(band: NDArray[np.float32], contrast_from: NDArray[np.bool] | None) -> IndexedPicture:
     shades = _stretch(band, contrast_from, THERMAL_CONTRAST_PERCENTILES)
-    return _coloured(np.arange(256, dtype=np.uint8), shades, ~np.isnan(band))
+    return IndexedPicture.of(np.arange(256, dtype=np.uint8), shades, ~np.isnan(band))
 
 
 def shade_counts(counts: NDArray[np.uint16], covered: NDArray[np.bool]) -> NDArray[np.uint8]:
@@ -161,19 +174,18 @@ def shade_counts(counts: NDArray[np.uint16], covered: NDArray[np.bool]) -> NDArr
         counts: shape (H, W).
         covered: cells where the picture is not transparent, shape (H, W).
     """
+    return _index_counts(counts, covered).rgba()
+
+
+def _index_counts(counts: NDArray[np.uint16], covered: NDArray[np.bool]) -> IndexedPicture:
     # The upper half of the map: one marking frame must already stand out.
     numbers = np.arange(int(counts.max(initial=0)) + 1)
     shades = np.where(numbers > 0, 128 + numbers * np.float32(127.0 / max(int(numbers[-1]), 1)), 0.0)
-    return _coloured(shades.astype(np.uint8), counts, covered)
+    return IndexedPicture.of(shades.astype(np.uint8), counts, covered)
 
 
-def _coloured(shades: NDArray[np.uint8], values: NDArray[np.integer], shown: NDArray[np.bool]) -> NDArray[np.uint8]:
-    """Return RGBA, shape (H, W, 4), of whole values, shape (H, W), whose shades a table has; 0 where not shown."""
-    colours = cv2.cvtColor(cv2.applyColorMap(shades.reshape(-1, 1), cv2.COLORMAP_INFERNO), cv2.COLOR_BGR2RGBA)
-    # Four bands at once, as one number.
-    pixels = np.take(np.ascontiguousarray(colours).view(np.uint32).reshape(-1), values)
-    pixels *= shown
-    return pixels.view(np.uint8).reshape(*values.shape, 4)
+def _encode(image: NDArray[np.uint8] | IndexedPicture) -> bytes:
+    return image.png() if isinstance(image, IndexedPicture) else encode_png(image)
 
 
 def picture_shape(rows: int, columns: int) -> tuple[int, int]:
