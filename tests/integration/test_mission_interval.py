@@ -72,6 +72,22 @@ async def test_cameras_that_take_images_by_themselves_keep_the_rate_although_ima
     assert not told(flight, "left out")
 
 
+async def test_the_line_keeps_its_speed_although_each_image_is_on_its_way_for_longer_than_a_second() -> None:
+    durations_s = {}
+    for interval_capture in IntervalCapture:
+        flight = search(interval_capture=interval_capture)
+        for vehicle in flight.fleet.members.values():
+            vehicle.camera_delay_s = 1.2
+        async with flying(flight) as run:
+            assert await run is Outcome.NOT_FOUND
+        slow = [text for text in told(flight, "so that no ground is left out") if "every 1.2 s instead" in text]
+        assert bool(slow) is (interval_capture is IntervalCapture.OFF)
+        assert_looked_at_everywhere(flight, (1, 2, 3), 10.0)
+        swept_s = [step.elapsed_s for step in flight.recorder.steps.values() if step.branch == "sweep"]
+        durations_s[interval_capture] = swept_s[-1] - swept_s[0]
+    assert durations_s[IntervalCapture.AUTO] < 0.75 * durations_s[IntervalCapture.OFF]
+
+
 async def test_where_it_is_switched_off_each_image_is_requested() -> None:
     flight = search(interval_capture=IntervalCapture.OFF)
     async with flying(flight) as run:
