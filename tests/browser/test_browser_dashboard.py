@@ -102,6 +102,26 @@ async def test_what_has_been_searched_is_shown_with_its_legend_and_survives_a_re
     await expect(map_page.get_by_test_id("searched-legend")).to_have_count(0)
 
 
+@pytest.mark.parametrize("width_px", [1280, 390])
+async def test_segments_are_a_table_that_fits_and_says_what_is_not_known(page, service, width_px: int) -> None:
+    await page.set_viewport_size({"width": width_px, "height": 844})
+    await service.mission.act(Action.START, None)
+    service.mission.make_step()
+    await open_page(page, service.url)
+    table = page.get_by_test_id("segments")
+    await expect(table.get_by_role("columnheader")).to_have_text(["Segment", "Seen", "Detection, standing", "Success"])
+    await expect(table.get_by_role("rowheader")).to_have_text(["A 1", "Ravine north of the old chapel"])
+    percent, unknown = "\N{NARROW NO-BREAK SPACE}%", "no data"
+    values = [f"70{percent}", f"55{percent}", f"33{percent}", f"12{percent}", unknown, unknown]
+    await expect(table.get_by_role("cell")).to_have_text(values)
+    panel = await page.get_by_test_id("searched").bounding_box()
+    place = await table.bounding_box()
+    assert panel is not None
+    assert place is not None
+    assert panel["x"] <= place["x"]
+    assert place["x"] + place["width"] <= panel["x"] + panel["width"]
+
+
 async def test_hold_never_asks_and_return_is_confirmed(page, service) -> None:
     await open_page(page, service.url)
     await start_mission(page)

@@ -41,7 +41,10 @@ AREA_ENU_M = ((-60.0, -20.0), (60.0, -20.0), (60.0, 110.0), (-60.0, 110.0))
 FENCE_ENU_M = ((-80.0, -50.0), (80.0, -50.0), (80.0, 130.0), (-80.0, 130.0))
 THRESHOLD_M2 = 0.3
 STEP_INTERVAL_S = 2.0
-SEGMENT = SegmentFigures("A 1", 12_000.0, 0.7, 0.55, probability=0.6, success=0.33)
+SEGMENTS = (
+    SegmentFigures("A 1", 12_000.0, 0.7, 0.55, probability=0.6, success=0.33),
+    SegmentFigures("Ravine north of the old chapel", 4_500.0, 0.12, None, probability=None, success=None),
+)
 GROUND = GroundFigures(
     80,
     0,
@@ -49,7 +52,7 @@ GROUND = GroundFigures(
     4.3,
     DetectionFigures(standing=0.51, sitting=0.7, lying=0.88),
     success=0.41,
-    segments=(SEGMENT,),
+    segments=SEGMENTS,
 )
 """Searched ground from the first step on."""
 _PICTURE_HALF_WIDTH_M = 25.0

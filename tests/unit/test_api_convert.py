@@ -67,7 +67,7 @@ def test_segments_have_their_figures_in_per_cent() -> None:
     ground = MissionConverter(None).convert(replace(snapshot(), ground=GROUND)).ground
     assert ground is not None
     assert ground.success_percent == 41.0
-    (segment,) = ground.segments
+    segment, unknown = ground.segments
     assert segment.model_dump() == {
         "name": "A 1",
         "hectares": 1.2,
@@ -76,3 +76,4 @@ def test_segments_have_their_figures_in_per_cent() -> None:
         "probability_percent": 60.0,
         "success_percent": 33.0,
     }
+    assert [unknown.detection_percent, unknown.probability_percent, unknown.success_percent] == [None] * 3
