@@ -1,4 +1,4 @@
-"""Pictures of the searched ground for operators: views per place, and probability of detection."""
+"""Pictures of the searched ground for operators: views per place, probability of detection, and the prior."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from aos_gcs.groundmap.detection import DETECTABILITY, Posture, detection_by_vie
 from aos_gcs.groundmap.figures import ViewRaster
 from aos_gcs.groundmap.tile import MAX_VIEWS, VIEW_CELL_M
 from aos_gcs.imaging.pictures import RasterPicture, encode_png
+from aos_gcs.prior.model import AreaPrior
 
 FULL_VIEWS: Final = 30
 """Number of views from which the colour no longer changes."""
@@ -45,6 +46,22 @@ def ground_pictures(raster: ViewRaster, occlusion: float | None) -> tuple[Raster
             north_m=raster.north_m,
         )
         for kind, share in shares.items()
+    )
+
+
+def prior_picture(prior: AreaPrior) -> RasterPicture:
+    """Return the picture ``prior``: the brighter the likelier by area, transparent where the person cannot be."""
+    rows, columns = prior.mass.shape
+    shares = prior.mass / max(float(prior.mass.max()), np.finfo(np.float64).tiny)
+    bgr = cv2.applyColorMap((255.0 * shares).astype(np.uint8), cv2.COLORMAP_PLASMA)
+    alpha = np.where(prior.mass > 0.0, _ALPHA, np.uint8(0))
+    return RasterPicture(
+        kind="prior",
+        png=encode_png(np.dstack((bgr[..., ::-1], alpha))),
+        west_m=prior.west_m,
+        south_m=prior.north_m - rows * prior.cell_m,
+        east_m=prior.west_m + columns * prior.cell_m,
+        north_m=prior.north_m,
     )
 
 

@@ -227,13 +227,19 @@ async def test_the_likely_strip_is_flown_first(tmp_path: Path) -> None:
         search = SearchSettings(SearchMode.CONTINUOUS, leg_spacing_m=12.0, prior=str(prior), segments=str(prior))
         area = ((-12.0, 10.0), (12.0, 10.0), (12.0, 26.0), (-12.0, 26.0))
         place = GroundPlace(ThreadWorker(), tmp_path / f"ground {east_m:g}")
-        flight = prepare(2, None, area_enu_m=area, search=search, errors=EXACT, forest=FOREST, ground=place)
+        flight = prepare(
+            2, None, area_enu_m=area, search=search, errors=EXACT, forest=FOREST, ground=place, pictures=True
+        )
         async with flying(flight) as run:
             await flight.until(lambda flight=flight: flight.mission.phase is Phase.SCAN)  # type: ignore[misc]
             begun_m.append(flight.mission.sortie.search.decider.progress.present_leg.start_enu_m[0])
             prior.unlink()  # the file was read before the take-off
             await run
         assert not any("prior" in text for text in flight.texts())
+        picture = flight.view.picture(PictureKind.PRIOR)
+        assert picture is not None
+        assert (picture.west_m, picture.north_m) == (-12.0, 26.0)
+        assert sum(one.kind is PictureKind.PRIOR for one in flight.recorder.pictures) == 1
         assert len(flight.mission.sortie.search.decider.progress.legs) == 2
         ground = flight.view.snapshot().ground
         assert ground is not None

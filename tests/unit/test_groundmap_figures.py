@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from aos_gcs.groundmap import shading
 from aos_gcs.groundmap.detection import DETECTABILITY, Detectability, Posture, detection_by_views
 from aos_gcs.groundmap.figures import ViewRaster, ground_figures, view_raster
-from aos_gcs.groundmap.shading import ground_pictures
+from aos_gcs.groundmap.shading import ground_pictures, prior_picture
+from aos_gcs.prior.model import AreaPrior
 
 AREA = ((0.0, 0.0), (40.0, 0.0), (40.0, 20.0), (0.0, 20.0))
 FULL = np.full((32, 32), 7, dtype=np.uint8)
@@ -109,6 +110,22 @@ def test_pictures_are_transparent_where_nothing_was_seen_and_lie_where_the_tiles
     assert image[0, 0, 3] == 0
     assert (image[1:, :, 3] > 0).all()
     assert [one.kind for one in ground_pictures(view_raster({(-1, 2): tile}), 0.85)] == ["views", "detection"]
+
+
+def test_the_picture_of_a_prior_is_transparent_where_nobody_can_be_and_brightest_where_it_is_likeliest() -> None:
+    prior = AreaPrior(west_m=-20.0, north_m=50.0, cell_m=10.0, mass=np.array([[0.0, 0.1, 0.2], [0.4, 0.0, 0.1]]))
+    picture = prior_picture(prior)
+    assert (picture.kind, picture.west_m, picture.east_m) == ("prior", -20.0, 10.0)
+    assert (picture.south_m, picture.north_m) == (30.0, 50.0)
+    image = pixels(picture.png)
+    assert (image[..., 3] > 0).tolist() == [[False, True, True], [True, False, True]]
+    bright = cv2.cvtColor(image[..., :3], cv2.COLOR_BGR2GRAY).astype(int)
+    assert bright[1, 0] > bright[0, 2] > bright[0, 1] == bright[1, 2]
+
+
+def test_a_prior_that_has_nobody_in_the_area_has_a_picture_without_colours() -> None:
+    image = pixels(prior_picture(AreaPrior(0.0, 0.0, 1.0, np.zeros((2, 2)))).png)
+    assert not image[..., 3].any()
 
 
 def test_a_large_map_is_reduced_to_what_its_least_seen_part_has(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -20,6 +20,7 @@ from aos_gcs.errors import AosError
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.groundmap.directions import USUAL_STEP, direction_step
 from aos_gcs.groundmap.figures import GroundFigures
+from aos_gcs.groundmap.shading import prior_picture
 from aos_gcs.groundmap.work import GroundReport, GroundSource, SearchedArea, add_frames
 from aos_gcs.imaging.model import Frame
 from aos_gcs.imaging.views import FocalSurface
@@ -34,6 +35,7 @@ from aos_gcs.planning.plan import MissionPlan, plan_of
 from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.planning.viewed_ground import viewed_ground
 from aos_gcs.ports import Severity, Worker
+from aos_gcs.prior.model import AreaPrior
 
 _log = logging.getLogger(__name__)
 
@@ -104,6 +106,7 @@ class GroundMapping:
         self._soon: float | None = None
         self._left_out = 0
         self._step = 0
+        self._shown_prior: AreaPrior | None = None
         """Step of the latest frame on the map."""
         self._is_pictured = self._is_flushed = True
         self._pictured_at_s = self._flushed_at_s = -_FLUSH_S
@@ -241,6 +244,7 @@ class GroundMapping:
         if frame is None:
             return
         known = self._source(place, frame.origin), await self._area(frame.origin)
+        await self._show_prior(known[1].prior)
         batch = [self._waiting.popleft() for _ in range(min(_BATCH, len(self._waiting)))]
         if not self._waiting:
             self._is_offered.clear()
@@ -275,6 +279,13 @@ class GroundMapping:
             await self._look_ahead()
         if report.pictures:
             await self._gallery.publish(self._step, report.pictures)
+
+    async def _show_prior(self, prior: AreaPrior | None) -> None:
+        """Publish the picture of a prior that has not been shown yet."""
+        if prior is None or prior is self._shown_prior or not self._gallery.is_open:
+            return
+        self._shown_prior = prior
+        await self._gallery.publish(self._step, (await asyncio.to_thread(prior_picture, prior),))
 
     async def _look_ahead(self) -> None:
         """Find out what ten more minutes would gain."""

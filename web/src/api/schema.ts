@@ -2125,7 +2125,7 @@ export interface components {
      * @description The rasters that are shown live.
      * @enum {string}
      */
-    PictureKind: "integral" | "thermal" | "anomaly" | "coverage" | "visibility" | "views" | "detection";
+    PictureKind: "integral" | "thermal" | "anomaly" | "coverage" | "visibility" | "views" | "detection" | "prior";
     /**
      * PictureModel
      * @description A raster that can be fetched, and where it lies on the ground.

@@ -92,6 +92,7 @@ const PICTURE: Readonly<Record<PictureKind, string>> = {
   visibility: "Visibility",
   views: "Independent views",
   detection: "Probability of detection",
+  prior: "Probability before the search",
 };
 
 const FRAME: Readonly<Record<FrameKind, string>> = { colour: "Colour", thermal: "Thermal" };

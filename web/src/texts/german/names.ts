@@ -68,6 +68,7 @@ export const names: Texts["names"] = {
     visibility: "Sichtbarkeit",
     views: "Unabhängige Blicke",
     detection: "Entdeckungswahrscheinlichkeit",
+    prior: "Wahrscheinlichkeit vor der Suche",
   },
   frame: { colour: "Farbe", thermal: "Wärme" },
   verdict: { sent: "Gesendet", shortened: "Gekürzt", held: "Gehalten" },
