@@ -202,6 +202,6 @@ async def test_a_camera_that_takes_images_for_somebody_else_serves_all_the_same(
         camera.handle(start, bench.swarm.now)
         taken = [await bench.vehicle(1).capture(bench.after(60.0)) for _ in range(3)]
         assert [capture.image_index - first.image_index for capture in taken] == [1, 2, 3]
-        async with bench.vehicle(1).interval(1.0, bench.after(30.0)) as images:
+        async with bench.vehicle(1).interval(2.0, bench.after(30.0)) as images:
             assert (await images.next(bench.after(60.0))).image_index == first.image_index + 4
         await bench.until(lambda: not camera.takes_interval)

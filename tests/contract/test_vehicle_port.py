@@ -75,7 +75,7 @@ async def test_three_vehicles_fly_take_images_and_come_home(implementation: str,
 
 @pairs(("mavsdk", "arducopter"))
 async def test_a_camera_takes_images_by_itself_until_it_is_stopped(implementation: str, autopilot: str) -> None:
-    period_s = 1.0
+    period_s = 2.0
     async with open_bench(implementation, autopilot, vehicles=2) as bench:
         await bench.all_ready()
         vehicle, other = bench.vehicle(1), bench.vehicle(2)

@@ -55,6 +55,8 @@ class IntervalVehicle(CameraVehicle):
         self.is_idle = False
         """Whether it accepts an interval and takes no image."""
         self.acknowledges = True
+        self.start_up_s = 0.0
+        """Time from a start to the first image."""
         self.flags = mavlink.CAMERA_CAP_FLAGS_CAPTURE_IMAGE
 
     def captured(self, index: int) -> bytes:
@@ -106,7 +108,7 @@ class IntervalVehicle(CameraVehicle):
         ack = mavlink.MAVLink_command_ack_message(message.command, self.result, 0, 0, 254, 190)
         if message.command == STOP or self.result == mavlink.MAV_RESULT_ACCEPTED:
             self.period_s = 0.0 if message.command == STOP else message.param2
-            self.due_s = self.time_s
+            self.due_s = self.time_s + self.start_up_s
         return self.camera.pack(ack) if self.acknowledges else b""
 
 
@@ -256,6 +258,16 @@ async def test_a_camera_that_accepts_the_command_and_takes_no_image_is_found_out
             with pytest.raises(NoIntervalError, match="has accepted it and takes no image"):
                 await images.next(network.clock.now_s() + 30.0)
         assert vehicle.period_s == 0.0
+
+
+@pytest.mark.parametrize("period_s", [0.4, 1.0, 3.0])
+async def test_a_camera_that_says_that_it_has_begun_may_take_its_time_for_the_first_image(period_s: float) -> None:
+    vehicle = IntervalVehicle()
+    vehicle.start_up_s = 8.0
+    async with open_network(vehicle, fetcher=RecordedFetcher()) as network:
+        await settle(network)
+        async with network.vehicle().interval(period_s, network.clock.now_s() + 2.0) as images:
+            assert indices([await images.next(network.clock.now_s() + 20.0)]) == [7]
 
 
 async def test_where_the_acknowledgement_is_lost_the_images_tell_that_the_camera_has_begun() -> None:

@@ -45,7 +45,8 @@ QUIET_S = 1.0
 _QUIET_PERIODS = 2.0
 ASK_S = 0.5
 FIRST_S = 2.0
-"""Time in which a camera has to tell of its first image, ..."""
+"""Least time in which a camera has to tell of its first image, or to answer what it does, ..."""
+_FIRST_ASKS = 2
 FIRST_WITH_STATUS_S = 10.0
 """... and the one that says that it takes images by itself."""
 RESTART_S = 3.0
@@ -118,7 +119,7 @@ class CameraInterval:
             self._may_run = False
             raise NoIntervalError(str(error)) from error
         self._heard_at_s = self._clock.now_s()
-        self._first_due_s = self._heard_at_s + max(FIRST_S, 1.5 * self._period_s)
+        self._first_due_s = self._heard_at_s + max(FIRST_S, self._quiet_s + _FIRST_ASKS * ASK_S)
         self._booted_at_s = _booted_at_s(self._camera.status)
 
     async def next(self, deadline_s: float) -> Capture:
