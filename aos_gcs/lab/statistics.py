@@ -63,6 +63,14 @@ class Share:
         """The proportion; NaN without trials."""
         return self.hits / self.trials if self.trials else math.nan
 
+    @property
+    def text(self) -> str:
+        """Hits of trials, the proportion and its interval in percent, for tables."""
+        if not self.trials:
+            return "-"
+        low, high = 100 * self.low, 100 * self.high
+        return f"{self.hits} of {self.trials}: {100 * self.value:.0f} % ({low:.0f} to {high:.0f})"
+
     @classmethod
     def of(cls, hits: int, trials: int) -> Share:
         """Return the proportion with its interval; without trials the interval is that of ignorance."""
@@ -96,6 +104,13 @@ class PerHectare:
         low = float(stats.chi2.ppf(tail, 2 * events)) / 2.0 if events else 0.0
         high = float(stats.chi2.ppf(1.0 - tail, 2 * events + 2)) / 2.0
         return cls(events, hectares, events / hectares, low / hectares, high / hectares)
+
+    def text(self, digits: int) -> str:
+        """Return events, hectares, and the rate with its interval to so many decimals, for tables."""
+        if not self.hectares:
+            return "-"
+        rate = f"{self.value:.{digits}f} ({self.low:.{digits}f} to {self.high:.{digits}f})"
+        return f"{self.events} in {self.hectares:.2f} ha: {rate}"
 
 
 def mean_interval(values: FloatArray, confidence: float = CONFIDENCE) -> Interval:

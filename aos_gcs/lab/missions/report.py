@@ -135,9 +135,9 @@ def as_markdown(groups: Sequence[Group]) -> str:
             [
                 *_name(one),
                 f"{one.with_person}, {one.without_person}",
-                _share(one.precision),
-                _share(one.recall),
-                _per_hectare(one.false_per_ha),
+                one.precision.text,
+                one.recall.text,
+                one.false_per_ha.text(2),
                 _text(one.error_m, 2),
                 _text(one.claimed_after_s, 0),
             ]
@@ -197,19 +197,6 @@ def write_document(
 
 def _name(group: Group) -> tuple[str, str, str]:
     return f"{group.trees_per_ha:g}", group.conditions, group.errors
-
-
-def _share(share: Share) -> str:
-    if not share.trials:
-        return "-"
-    low, high = 100 * share.low, 100 * share.high
-    return f"{share.hits} of {share.trials}: {100 * share.value:.0f} % ({low:.0f} to {high:.0f})"
-
-
-def _per_hectare(rate: PerHectare) -> str:
-    if not rate.hectares:
-        return "-"
-    return f"{rate.events} in {rate.hectares:.2f} ha: {rate.value:.2f} ({rate.low:.2f} to {rate.high:.2f})"
 
 
 def _text(figure: Figure, digits: int, factor: float = 1.0) -> str:

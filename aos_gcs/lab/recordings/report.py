@@ -64,11 +64,11 @@ def as_markdown(results: Sequence[WindowResult]) -> str:
             [
                 one.detector,
                 str(one.windows),
-                _share(one.detected),
-                _share(one.recall),
-                _share(one.precision),
-                _per_hectare(one.false_alarms),
-                _per_hectare(one.false_claims),
+                one.detected.text,
+                one.recall.text,
+                one.precision.text,
+                one.false_alarms.text(1),
+                one.false_claims.text(1),
                 "-" if math.isnan(one.error_m) else f"{one.error_m:.2f}, {one.largest_error_m:.2f}",
             ]
             for one in summarise(results)
@@ -146,19 +146,6 @@ def _total(detector: str, results: Sequence[WindowResult]) -> Total:
         error_m=float(np.median(errors_m)) if errors_m else math.nan,
         largest_error_m=max(errors_m, default=math.nan),
     )
-
-
-def _share(share: Share) -> str:
-    if not share.trials:
-        return "-"
-    low, high = 100 * share.low, 100 * share.high
-    return f"{share.hits} of {share.trials}: {100 * share.value:.0f} % ({low:.0f} to {high:.0f})"
-
-
-def _per_hectare(rate: PerHectare) -> str:
-    if not rate.hectares:
-        return "-"
-    return f"{rate.events} in {rate.hectares:.2f} ha: {rate.value:.1f} ({rate.low:.1f} to {rate.high:.1f})"
 
 
 def _finite(value: Any) -> Any:
