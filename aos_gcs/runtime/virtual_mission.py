@@ -162,18 +162,23 @@ def _uncertainty(spacing: Spacing) -> Uncertainty:
     return Uncertainty(position_horizontal_m=horizontal_m, position_vertical_m=vertical_m)
 
 
-def fly(flight: Flight, settings: MissionSettings) -> FlownMission:
+def fly(flight: Flight, settings: MissionSettings, trace: StepTrace | None = None) -> FlownMission:
     """Fly a mission from the launch to the last landing; a flight can be flown once.
+
+    Args:
+        flight: the world, with its vehicles.
+        settings: settings of the mission.
+        trace: recorder of the mission, where more is needed than steps and conclusions; None: these alone.
 
     Raises:
         ConfigurationError: the settings do not fit together.
     """
-    return run(_fly(flight, settings))
+    return run(_fly(flight, settings, StepTrace() if trace is None else trace))
 
 
-async def _fly(flight: Flight, settings: MissionSettings) -> FlownMission:
+async def _fly(flight: Flight, settings: MissionSettings, trace: StepTrace) -> FlownMission:
     clock = LoopClock()
-    journal, trace = Journal(clock), StepTrace()
+    journal = Journal(clock)
     mission = Coordinator(
         f"virtual-{settings.seed}",
         settings,

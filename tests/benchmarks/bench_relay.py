@@ -12,7 +12,6 @@ charge in the air, and the smallest true distance of two vehicles.
 from __future__ import annotations
 
 import argparse
-import asyncio
 import json
 import math
 import time
@@ -23,14 +22,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.airspace.limits import UNLIMITED
-from aos_gcs.clock import LoopClock
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.imaging.step.settings import ImagingSettings
-from aos_gcs.mission.coordinator import Coordinator
 from aos_gcs.mission.fleet import monitor
-from aos_gcs.mission.health import LoopMonitor
-from aos_gcs.mission.journal import Journal
 from aos_gcs.mission.model.events import Event
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.snapshot import MissionSnapshot
@@ -42,8 +37,8 @@ from aos_gcs.planning.settings import (
     PreflightSettings,
     RelaySettings,
 )
+from aos_gcs.runtime import virtual_mission
 from aos_gcs.runtime.virtual_mission import StepTrace
-from aos_gcs.runtime.virtual_time import InlineWorker, run
 from aos_sim.errors.model import error_model
 from aos_sim.flights.world import SimulatedFlight
 from aos_sim.vehicle.battery import Battery, capacity_mah
@@ -159,10 +154,11 @@ def fly(seed: int, *, is_relayed: bool) -> tuple[Figures, list[str]]:
     flight = BlankFlight(scene, error_model("rtk"), count, IMAGE_PX, seed, battery=battery)
     begin_s = time.perf_counter()
     settings = settings_of(flight, seed, side_m, is_relayed=is_relayed)
-    watch, snapshot, elapsed_s = run(_fly(flight, settings))
+    watch = Watch()
+    snapshot = virtual_mission.fly(flight, settings, watch).snapshot
     figures = Figures(
-        search_s=elapsed_s,
-        lives=elapsed_s / (FLIGHT_S * (1.0 - UNLIMITED.min_battery_fraction)),
+        search_s=snapshot.elapsed_s,
+        lives=snapshot.elapsed_s / (FLIGHT_S * (1.0 - UNLIMITED.min_battery_fraction)),
         covered=snapshot.covered_fraction or 0.0,
         left_out=not any("the whole area was scanned" in text for text in watch.notices),
         takes_off=watch.takes_off,
@@ -174,26 +170,6 @@ def fly(seed: int, *, is_relayed: bool) -> tuple[Figures, list[str]]:
         wall_s=time.perf_counter() - begin_s,
     )
     return figures, watch.notices
-
-
-async def _fly(flight: SimulatedFlight, settings: MissionSettings) -> tuple[Watch, MissionSnapshot, float]:
-    clock = LoopClock()
-    journal, watch = Journal(clock), Watch()
-    mission = Coordinator(
-        f"relay-{settings.seed}",
-        settings,
-        fleet=flight.fleet(clock),
-        clock=clock,
-        journal=journal,
-        recorder=watch,
-        loop_monitor=LoopMonitor(period_s=0.5),
-        imaging=InlineWorker(),
-        pictures=False,
-    )
-    async with journal.recorded(watch):
-        await mission.run()
-    await asyncio.sleep(0)
-    return watch, mission.view.snapshot(), journal.elapsed_s()
 
 
 def main() -> None:
