@@ -14,6 +14,8 @@ export class FakeMap {
   readonly properties: string[] = [];
   /** Addresses of the images that have been shown, in order. */
   readonly images: string[] = [];
+  /** Whether the latest image of each source has arrived. */
+  areImagesLoaded = true;
 
   addSource(id: string, { data, url }: { data: FeatureCollection; url?: string }): void {
     this.sources.set(id, { data, changes: 0 });
@@ -25,6 +27,7 @@ export class FakeMap {
       source && {
         setData: (data: FeatureCollection) => this.set(id, data),
         updateImage: ({ url }: { url: string }) => this.images.push(url),
+        loaded: () => this.areImagesLoaded,
       }
     );
   }

@@ -100,6 +100,23 @@ test("a picture that was replaced while it was hidden is the new one when it is 
   expect(map.properties.slice(4)).toEqual(["visibility: visible", "raster-opacity: 0.5"]);
 });
 
+test("a picture on its way is not given up for the next one before 20 s", () => {
+  vi.useFakeTimers();
+  const map = new FakeMap();
+  const layer = map.attach(pictureLayer);
+  layer.update(shownWith(0.5, "a.png"));
+  map.areImagesLoaded = false;
+  layer.update(shownWith(0.5, "b.png"));
+  expect(map.images).toEqual(["a.png"]);
+  map.areImagesLoaded = true;
+  layer.update(shownWith(0.5, "c.png"));
+  expect(map.images).toEqual(["a.png", "c.png"]);
+  map.areImagesLoaded = false;
+  vi.advanceTimersByTime(20_000);
+  layer.update(shownWith(0.5, "d.png"));
+  expect(map.images).toEqual(["a.png", "c.png", "d.png"]);
+});
+
 test("a layer that is removed leaves nothing behind", () => {
   const map = new FakeMap();
   map.attach(areaLayer).remove();

@@ -7,6 +7,9 @@ import type { AttachedLayer, MapLayer, Overlay, Scene } from "../layer";
 
 type Corners = [LngLat, LngLat, LngLat, LngLat];
 
+/** Time after which an image that has not arrived gives way to a newer one. */
+const PATIENCE_MS = 20_000;
+
 export const pictureLayer: MapLayer = imageLayer("picture", ({ overlay }) => overlay);
 
 /** Probability of detection, or the views of each place until the forest is described; below the selected image. */
@@ -30,6 +33,7 @@ const slotOf = (id: string): string => `${id}-slot`;
 
 class AttachedImage implements AttachedLayer {
   private url = "";
+  private askedAtMs = 0;
   private isVisible = false;
   private opacity = NaN;
 
@@ -73,9 +77,12 @@ class AttachedImage implements AttachedLayer {
 
   private show(picture: Picture, coordinates: Corners): void {
     if (picture.url === this.url) return;
-    this.url = picture.url;
     const { id } = this;
     const source = this.map.getSource<ImageSource>(id);
+    // A new image ends the loading of the one before: where each step is faster than the link, none would ever be shown.
+    if (source?.loaded() === false && performance.now() - this.askedAtMs < PATIENCE_MS) return;
+    this.url = picture.url;
+    this.askedAtMs = performance.now();
     if (source) {
       source.updateImage({ url: picture.url, coordinates });
       return;
