@@ -21,6 +21,18 @@ DRAWING_TIMEOUT_S = scaled_s(30.0)
 _FRAME = LocalFrame(ORIGIN)
 _INSET = 0.2
 """Share of the map's width and height between its rim and the mouse."""
+_SWITCH = """async shown => {
+    const names = [...document.querySelectorAll(".layer-list [data-testid^=layer-]")].map(one => one.dataset.testid);
+    const switchOf = name => document.querySelector(`.layer-list [data-testid=${name}]`);
+    for (const name of names) {
+        if (switchOf(name).checked !== shown.includes(name)) switchOf(name).click();
+        await Promise.resolve();  // the page takes it in
+    }
+    return names.filter(name => switchOf(name).checked !== shown.includes(name));
+}"""
+"""Switches all layers before the map is drawn again, which takes a tenth of a second of processor each time; returns
+those that did not change."""
+_DRAW = "() => new Promise(drawn => requestAnimationFrame(() => requestAnimationFrame(drawn)))"
 
 
 def place(east_m: float, north_m: float) -> GeodeticPosition:
@@ -115,7 +127,6 @@ async def show_only(page: Page, *layers: str, picture: str = "") -> None:
     """Show these layers of the map and a picture on the ground, if one is named, and nothing else."""
     await page.get_by_test_id("map-layers").click()
     await page.get_by_test_id("map-picture").select_option(picture)
-    for switch in await page.locator(".layer-list [data-testid^=layer-]").all():
-        name = (await switch.get_attribute("data-testid") or "").removeprefix("layer-")
-        await switch.set_checked(name in layers)
+    assert await page.evaluate(_SWITCH, [f"layer-{name}" for name in layers]) == []
     await page.get_by_test_id("map-layers").click()
+    await page.evaluate(_DRAW)

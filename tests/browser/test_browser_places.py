@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import pytest_asyncio
-from playwright.async_api import Page
+from playwright.async_api import Locator, Page
 
 from aos_gcs.api.server import serve
 from aos_gcs.clock import LoopClock
@@ -28,7 +28,7 @@ from tests.fakes.mission import ScriptedMission
 pytestmark = [pytest.mark.asyncio(loop_scope="session"), pytest.mark.slow]
 
 STEPS = 12
-ELLIPSE = ErrorEllipse(semi_major_m=44.0, semi_minor_m=30.0, heading_rad=math.radians(60.0))
+ELLIPSE = ErrorEllipse(semi_major_m=48.0, semi_minor_m=34.0, heading_rad=math.radians(60.0))
 """Size at which its label lies inside."""
 FOOTPRINT_ENU_M = ((-40.0, 60.0), (-5.0, 75.0), (25.0, 20.0), (-30.0, 5.0))
 COVERED_SHARE = 0.48
@@ -66,20 +66,34 @@ async def mission(dashboard_build: None) -> AsyncIterator[tuple[StillMission, st
 
 
 async def changed_box(page: Page, places: MapPlaces, layers: Sequence[str], picture: str) -> np.ndarray:
-    """Return left, top, right and bottom of what a layer or a picture changes on the canvas, in pixels."""
+    """Return left, top, right and bottom of what a layer or a picture changes on the canvas, in pixels.
+
+    A layer's legend lies above the canvas and is no change of it.
+    """
     await show_only(page)
     without = (await places.picture()).astype(int)
     await show_only(page, *layers, picture=picture)
+    legends = [await _box_on_canvas(places, legend) for legend in await page.locator(".map-legend").all()]
     before = None
     async with asyncio.timeout(DRAWING_TIMEOUT_S):
         while True:
             changed = np.abs((await places.picture()).astype(int) - without).max(axis=2) >= LEAST_CHANGE
+            for left, top, right, bottom in legends:
+                changed[top:bottom, left:right] = False
             if before is not None and changed.any() and np.array_equal(changed, before):
                 break
             before = changed
             await asyncio.sleep(0.3)
     rows, columns = np.nonzero(changed)
     return np.array([columns.min(), rows.min(), columns.max() + 1, rows.max() + 1])
+
+
+async def _box_on_canvas(places: MapPlaces, element: Locator) -> tuple[int, int, int, int]:
+    canvas, box = await places.canvas.bounding_box(), await element.bounding_box()
+    assert canvas is not None
+    assert box is not None
+    left, top = math.floor(box["x"] - canvas["x"]), math.floor(box["y"] - canvas["y"])
+    return left, top, left + math.ceil(box["width"]) + 1, top + math.ceil(box["height"]) + 1
 
 
 async def box_of(places: MapPlaces, west_m: float, south_m: float, east_m: float, north_m: float) -> np.ndarray:
