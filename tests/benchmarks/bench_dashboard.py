@@ -25,7 +25,6 @@ from playwright.async_api import Browser, CDPSession, Page, async_playwright
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from aos_gcs.api.page import STATIC_FOLDER
 from aos_gcs.api.server import serve
 from aos_gcs.clock import LoopClock
 from aos_gcs.mission.model.actions import Action
@@ -57,14 +56,22 @@ class StampedMission(ScriptedMission):
         return replace(super().snapshot(), message=f"{time.time() * 1000:.0f}")
 
 
-def page_size() -> tuple[float, float]:
-    """Return the bytes of the page's files in kilobytes: as they are, and as they are sent over plain HTTP.
+async def sent_kb(browser: Browser, url: str, vehicles: int, locale: str, encoding: str) -> float:
+    """Return what is sent, with the headers of the answers, until a page that knows nothing yet shows its vehicles.
 
-    Browsers accept Brotli, which is smaller still, from the same machine and over HTTPS only.
+    Browsers accept Brotli from the same machine and over HTTPS only; else they get gzip.
     """
-    files = [path for path in STATIC_FOLDER.rglob("*") if path.is_file() and path.suffix not in {".gz", ".br"}]
-    forms = [form if (form := path.with_name(f"{path.name}.gz")).exists() else path for path in files]
-    return sum(path.stat().st_size for path in files) / 1000, sum(path.stat().st_size for path in forms) / 1000
+    context = await browser.new_context(locale=locale, extra_http_headers={"Accept-Encoding": encoding})
+    page = await context.new_page()
+    session = await context.new_cdp_session(page)
+    await session.send("Network.enable")
+    sent: dict[str, int] = {}
+    session.on("Network.loadingFinished", lambda event: sent.update({event["requestId"]: event["encodedDataLength"]}))
+    await page.goto(f"{url}#/fly")
+    await page.wait_for_function(LOADED, arg=vehicles)
+    await asyncio.sleep(1.0)  # what is fetched beside that: state of the session, base map, icon
+    await context.close()
+    return sum(sent.values()) / 1000
 
 
 async def load_s(page: Page, url: str, vehicles: int) -> float:
@@ -144,14 +151,18 @@ async def counters(session: CDPSession) -> dict[str, float]:
 
 async def run(vehicles: int, seconds: float) -> None:
     """Print the figures."""
-    raw_kb, compressed_kb = page_size()
-    report("dashboard.size", compressed_kb)
-    print(f"page: {raw_kb:.0f} kB, compressed {compressed_kb:.0f} kB")
     chromium = os.environ.get("AOS_GCS_CHROMIUM") or shutil.which("chromium") or shutil.which("google-chrome")
     mission = StampedMission(LoopClock(), vehicles)
     async with serve(app_of(mission), port=0) as address, async_playwright() as playwright:
         flying = asyncio.create_task(mission.run(1 / RATE_HZ))
         browser = await playwright.chromium.launch(executable_path=chromium, args=ARGUMENTS)
+        kb = {
+            (locale, encoding): await sent_kb(browser, address.url, vehicles, locale, encoding)
+            for locale in ("en", "de")
+            for encoding in ("gzip", "br")
+        }
+        report("dashboard.size", kb["en", "gzip"])
+        print("sent:", ", ".join(f"{size:.0f} kB ({', '.join(kind)})" for kind, size in kb.items()))
         page = await browser.new_page(viewport={"width": 1280, "height": 800})
         loads_s = [await load_s(page, address.url, vehicles) for _ in range(LOADS)]
         report("dashboard.load", loads_s[0])
