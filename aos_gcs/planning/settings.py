@@ -184,8 +184,9 @@ class DetectionSettings(_Positive):
     threshold_m2: float = 0.05
     """T: visibility from which the target is in view. A standing person shows 0.1 to 0.2 m² to one camera without
     trees; a forest without a person marks next to nothing."""
-    found_steps: int = 5
-    """Sightings of a target, in one place, before it is announced, if together they say it is a person."""
+    found_steps: int = 6
+    """Sightings of a target, in one place, before it is announced, if together they say it is a person; as many looks
+    have to tell it. A look rests on the frames of three steps: six are two that share no frame, and those between."""
     found_radius_m: float = 1.0
     """Greatest distance of those sightings from their mean."""
     found_min_count: int = 2

@@ -90,7 +90,7 @@ def test_a_person_whom_leaves_hide_most_of_the_time_is_announced_by_its_warmth()
 
 def test_two_looks_that_are_nearly_the_same_do_not_tell_a_person() -> None:
     """Between leaves a boar showed its bare parts alone; flying past told nothing more, and it was announced."""
-    tracker = TargetTracker(replace(SETTINGS, detection=replace(SETTINGS.detection, found_steps=5)))
+    tracker = TargetTracker(replace(SETTINGS, detection=replace(SETTINGS.detection, found_steps=4)))
     place = Geolocation(np.array([5.0, 20.0, 0.0]), 0.1 * np.eye(3), 0.1 * np.eye(3))
     boar, in_flight = Verdict(FindingKind.PERSON, 0.99, ()), Verdict(FindingKind.ANIMAL, 0.4, (), is_evidence=False)
     agreed = []

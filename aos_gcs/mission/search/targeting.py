@@ -16,7 +16,6 @@ from aos_gcs.imaging.model import FocalGrid, StepAnalysis
 from aos_gcs.imaging.persons.decision import (
     CLAIMED,
     DECISION,
-    FRESH_LOOKS,
     FindingKind,
     Verdict,
     pooled,
@@ -249,13 +248,13 @@ class TargetTracker:
         """Return whether the latest sightings of a track agree: together they are of a person, all in one place.
 
         They agree on one place when they lie about their mean, or on one path when each lies where the track predicted
-        it. A warm body that stays may show between them, too. Two or three looks that are nearly the same do not tell a
+        it. A warm body that stays may show between them, too. Fewer looks that are nearly the same do not tell a
         person. Without temperatures each must be an anomaly, and none of
         the steps between may lack one.
         """
         latest, verdict = list(self._seen.get(track_id, ())), self.verdict(track_id)
         if verdict is not None and verdict.kind is FindingKind.PERSON:
-            if not self._is_seen_afresh(track_id):
+            if not self._is_looked_at_enough(track_id):
                 return False
             if self._stays_warm(track_id):
                 return True
@@ -269,10 +268,10 @@ class TargetTracker:
         spread_m = _spread_m([seen.position_enu_m for seen in latest])
         return min(spread_m, max(surprises_m)) <= self._detection.found_radius_m
 
-    def _is_seen_afresh(self, track_id: int) -> bool:
-        """Return whether looks that share no frame tell what a track is, or as many as sightings are asked for."""
-        pool, enough = self._pools.get(track_id), min(FRESH_LOOKS + 1, self._detection.found_steps)
-        return pool is not None and len(telling(pool.verdicts)) >= enough
+    def _is_looked_at_enough(self, track_id: int) -> bool:
+        """Return whether as many looks tell what a track is as sightings are asked for."""
+        pool = self._pools.get(track_id)
+        return pool is not None and len(telling(pool.verdicts)) >= self._detection.found_steps
 
     def _stays_warm(self, track_id: int) -> bool:
         """Return whether something warm shows in one place, often enough."""
