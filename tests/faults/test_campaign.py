@@ -54,7 +54,7 @@ def covering(seeds: range, count: int) -> list[int]:
     return chosen + others[: count - len(chosen)]
 
 
-SEEDS = covering(range(1, 101), 12)
+SEEDS = covering(range(1, 101), 20)
 BESIDE_A_PILOT = Scenario(
     72255,
     "arducopter",
