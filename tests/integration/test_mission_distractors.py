@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from aos_gcs.airspace.limits import UNLIMITED
+from aos_gcs.imaging.persons.decision import FindingKind
 from aos_gcs.mission.model.phase import Outcome
 from aos_gcs.planning.settings import DetectionSettings
 from aos_gcs.runtime.evaluation import HERE_M
