@@ -13,6 +13,7 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.geometry.projection import Plane, as_plane, intersect_plane, plane_to_image
 from aos_gcs.imaging.model import FocalGrid, Viewpoint
+from aos_gcs.imaging.native import kernels
 
 MAX_DEPTH_RATIO = 5.0
 """Rays that meet the plane at more than this multiple of the camera's distance to it are not used.
@@ -79,11 +80,14 @@ def visible_half_planes(
     return np.stack(lines)
 
 
-def covered_spans(half_planes: NDArray[np.float64], rows: int, columns: int) -> NDArray[np.int64]:
+def covered_spans(half_planes: NDArray[np.float64], rows: int, columns: int) -> NDArray[np.int32]:
     """Return the first column inside all half-planes and the one behind the last, per row, shape (rows, 2).
 
     The intersection of half-planes is convex, so that a row has one span; an empty span has last <= first.
     """
+    compiled = kernels.covered_spans(half_planes, rows, columns)
+    if compiled is not None:
+        return compiled
     a, b, d = half_planes.T[:, :, np.newaxis]
     level = b * np.arange(rows) + d
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -94,7 +98,7 @@ def covered_spans(half_planes: NDArray[np.float64], rows: int, columns: int) -> 
     lower[(level[slope == 0.0] < 0.0).any(axis=0)] = columns
     first = np.ceil(np.minimum(lower, columns))
     end = np.floor(np.maximum(upper, -1.0)) + 1.0
-    return np.stack((first, np.maximum(first, end)), axis=1).astype(np.int64)
+    return np.stack((first, np.maximum(first, end)), axis=1).astype(np.int32)
 
 
 def choose_grid(

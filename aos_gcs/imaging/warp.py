@@ -43,7 +43,7 @@ class PlaneProjection:
             H_raster2image: see the field.
             shape: rows and columns of the raster.
         """
-        spans = covered_spans(half_planes, *shape).astype(np.int32)
+        spans = covered_spans(half_planes, *shape)
         covered_rows = np.flatnonzero(spans[:, 1] > spans[:, 0])
         if not covered_rows.size:
             return None

@@ -12,12 +12,17 @@ from typing import TypeVar
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from numpy.typing import NDArray
 
 from aos_gcs.errors import ImagingError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import nadir_pose
 from aos_gcs.imaging.detection.local_rx import local_rx_scores
 from aos_gcs.imaging.detection.rx import rx_scores
+from aos_gcs.imaging.focal_plane import covered_spans
 from aos_gcs.imaging.integral import ViewIntegral, integrate
 from aos_gcs.imaging.model import Frame, Pixels
 from aos_gcs.imaging.native import kernels, library
@@ -146,6 +151,16 @@ def test_local_scores_are_those_of_box_filters(bands: int, windows_px: tuple[int
     image[90:, :40] = np.nan
     plain = without_kernels(lambda: local_rx_scores(image, *windows_px))
     np.testing.assert_allclose(local_rx_scores(image, *windows_px), plain, rtol=1e-4, atol=1e-4)
+
+
+@given(
+    arrays(np.float64, (5, 3), elements=st.floats(-100.0, 100.0).map(lambda value: round(value, 1))),
+    st.sampled_from([0.01, 1.0]),
+)
+def test_spans_are_those_of_plain_numpy(half_planes: NDArray[np.float64], scale: float) -> None:
+    half_planes[:, :2] *= scale
+    spans = covered_spans(half_planes, 12, 15)
+    np.testing.assert_array_equal(spans, without_kernels(lambda: covered_spans(half_planes, 12, 15)))
 
 
 def test_cells_are_counted_by_the_spans_that_hold_them() -> None:

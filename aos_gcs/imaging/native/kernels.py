@@ -111,6 +111,17 @@ def can_warp(image: Pixels) -> bool:
     )
 
 
+def covered_spans(half_planes: NDArray[np.float64], rows: int, columns: int) -> NDArray[np.int32] | None:
+    """Return what :func:`~aos_gcs.imaging.focal_plane.covered_spans` does; None where there is no kernel for it."""
+    compiled = library.loaded()
+    if compiled is None:
+        return None
+    lines = np.ascontiguousarray(half_planes, dtype=np.float64)
+    spans = np.empty((rows, 2), dtype=np.int32)
+    compiled.aos_covered_spans(lines.ctypes.data, len(lines), rows, columns, spans.ctypes.data)
+    return spans
+
+
 def count_spans(spans: Sequence[NDArray[np.int32]], rows: int, columns: int) -> NDArray[np.uint16] | None:
     """Return how many spans hold each cell, shape (rows, columns); None where there is no kernel for it.
 

@@ -24,6 +24,7 @@ _LONG, _INT, _POINTER = ctypes.c_long, ctypes.c_int, ctypes.c_void_p
 _ARGUMENTS = {
     "aos_add_warped": [_POINTER, _LONG, _INT, _INT, _LONG, _LONG, _LONG, _POINTER, _POINTER, _POINTER],
     "aos_mean_of_warped": [_POINTER, _LONG, _INT, _INT, _LONG, _LONG, _LONG, _POINTER, _POINTER, _POINTER],
+    "aos_covered_spans": [_POINTER, _LONG, _LONG, _LONG, _POINTER],
     "aos_add_spans": [_POINTER, _LONG, _LONG, _LONG, _POINTER],
     "aos_divide": [_POINTER, _POINTER, _LONG, _INT, _POINTER],
     "aos_moments": [_POINTER, _INT, _LONG, _INT, _POINTER, _POINTER, _POINTER, _POINTER],

@@ -158,6 +158,28 @@ void aos_divide(const float *total, const uint16_t *count, long cells, int bands
     bands == 4 ? divide(total, count, cells, 4, mean) : divide(total, count, cells, bands, mean);
 }
 
+/* Writes the first column inside all half-planes, and the one behind the last, of each row; an empty span has
+   last <= first.
+
+   half_planes, number: a cell (column, row) lies inside where a column + b row + d >= 0, for all a, b, d */
+void aos_covered_spans(const double *half_planes, long number, long rows, long columns, int32_t *spans) {
+    for (long row = 0; row < rows; row++) {
+        double lower = 0.0, upper = (double)columns - 1.0;
+        int is_outside = 0;
+        for (long i = 0; i < number; i++) {
+            const double slope = half_planes[3 * i], level = half_planes[3 * i + 1] * (double)row + half_planes[3 * i + 2];
+            const double crossing = -level / slope;
+            if (slope > 0.0) lower = crossing > lower ? crossing : lower;
+            else if (slope < 0.0) upper = crossing < upper ? crossing : upper;
+            else is_outside |= level < 0.0;
+        }
+        const double first = is_outside ? (double)columns : ceil(SMALLER(lower, (double)columns));
+        const double end = floor(upper > -1.0 ? upper : -1.0) + 1.0;
+        spans[2 * row] = (int32_t)first;
+        spans[2 * row + 1] = (int32_t)(end > first ? end : first);
+    }
+}
+
 /* Adds 1 to the cells of all spans: of each layer first columns and those behind the last, row by row. */
 void aos_add_spans(const int32_t *const *spans, long number, long rows, long columns, uint16_t *count) {
     for (long row = 0; row < rows; row++, count += columns)
