@@ -4,9 +4,11 @@
 
 #include <math.h>
 
-/* Cells of a row whose pixels are computed at a time, and rows of a tile of them. */
+/* Cells of a row whose pixels are computed at a time. */
 #define BLOCK 64
-#define TILE_ROWS 16
+/* Cells whose sums take up all images at a time: long rows, as the processor then fetches ahead what images show. */
+#define TILE_COLUMNS 512
+#define TILE_ROWS 1
 
 typedef struct {
     const void *pixels;
@@ -102,8 +104,8 @@ INLINE int add_rows(const warped_image *images, long number, const int kind, con
         const long tile_rows = SMALLER(end_row - row, (long)TILE_ROWS);
         float *tile_total = total + (row - first_row) * columns * bands;
         uint16_t *tile_count = count + (row - first_row) * columns;
-        for (long column = 0; column < columns; column += BLOCK) {
-            const long width = SMALLER(columns - column, (long)BLOCK);
+        for (long column = 0; column < columns; column += TILE_COLUMNS) {
+            const long width = SMALLER(columns - column, (long)TILE_COLUMNS);
             float *own_total = tile_total + column * bands;
             uint16_t *own_count = tile_count + column;
             if (is_mean)
