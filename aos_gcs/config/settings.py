@@ -105,6 +105,8 @@ def mission_settings(config: ServiceConfig) -> MissionSettings:
     if settings.forest is not None:
         _check_forest(settings, settings.forest)
     _check_plan(settings)
+    if settings.search.split:
+        _check_split(settings)
     return settings
 
 
@@ -125,6 +127,21 @@ def _check_plan(settings: MissionSettings) -> None:
     """Refuse a mission that, as a plan, could not be flown, such as a search area outside of the geofence."""
     if settings.area_enu_m and (problems := blocking_problems(plan_of(settings), settings)):
         raise ConfigurationError(f"This mission cannot be flown ({problems[0].field}): {problems[0].text}")
+
+
+def _check_split(settings: MissionSettings) -> None:
+    """Refuse a split swarm where no vehicle could ever scan on."""
+    fewest, looking = settings.search.fewest_to_split, settings.search.look_vehicles
+    if fewest is None:
+        raise ConfigurationError(
+            'search.split needs search.mode = "continuous": with stops, all vehicles take part in a close look. Change '
+            "the mode, or leave split out."
+        )
+    if settings.vehicles < fewest:
+        raise ConfigurationError(
+            f"search.split needs {fewest} vehicles, {looking} that look closely and {fewest - looking} that scan on, "
+            f"but there are {settings.vehicles}: lower search.look_vehicles, or leave split out."
+        )
 
 
 def _vehicle_ids(config: ServiceConfig) -> tuple[int, ...]:

@@ -319,7 +319,7 @@ class ActionHandler:
             return Refusal(f"is not in the swarm ({member.task})")
         self._context.roster.assign(member, Task.HELD)
         # A waypoint of a sweep is far away.
-        return await self._flight.command(member, Hold()) if self._flow.sortie.search.sweeping.is_under_way else None
+        return await self._flight.command(member, Hold()) if self._flow.sortie.search.flies_on else None
 
     async def _resume_one(self, member: Member) -> Refusal | None:
         if member.task is not Task.HELD:

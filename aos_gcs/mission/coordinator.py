@@ -239,6 +239,9 @@ class Coordinator:
                     group.create_task(keep_relay(self, self._context.clock)),
                 )
                 while self.phase is not Phase.DONE:
+                    if self.suspension is Suspension.PAUSED:
+                        # The pause may have come between two phases of a look, while others scan on.
+                        await self.sortie.search.rest()
                     await self._resumed.wait()
                     self._enter(await self._run_handler())
                 for helper in helpers:

@@ -90,6 +90,10 @@ class SearchMode(StrEnum):
 
 MAX_PASSES: Final = 3
 """Greatest number of times that the legs are flown."""
+MAX_LOOKING: Final = 100
+"""Greatest number of vehicles of a close look that is set."""
+FEWEST_SCANNING: Final = 3
+"""Number of vehicles that must be left to scan on where some look closely."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,8 +118,21 @@ class SearchSettings:
     """GeoTIFF or GeoJSON file that says where the person is likely to be; None: all places are as likely."""
     segments: str | None = None
     """GeoJSON file of named polygons whose figures are told one by one; None: none."""
+    split: bool = False
+    """Whether vehicles that are not needed for a close look scan on; in continuous searches only."""
+    look_vehicles: int = 5
+    """Number of vehicles that look closely then."""
+
+    @property
+    def fewest_to_split(self) -> int | None:
+        """Number of vehicles from which a close look leaves others to scan on; None where it never does."""
+        return self.look_vehicles + FEWEST_SCANNING if self.split and self.mode is SearchMode.CONTINUOUS else None
 
     def __post_init__(self) -> None:
+        if not MIN_SWARM <= self.look_vehicles <= MAX_LOOKING:
+            raise ConfigurationError(
+                f"look_vehicles must lie within {MIN_SWARM} and {MAX_LOOKING}, but is {self.look_vehicles}."
+            )
         if self.pod is not None and not LEAST_POD <= self.pod <= GREATEST_POD:
             raise ConfigurationError(f"pod must lie within {LEAST_POD:g} and {GREATEST_POD:g}, but is {self.pod}.")
         if not 1 <= self.passes <= MAX_PASSES:

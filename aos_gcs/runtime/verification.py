@@ -77,12 +77,29 @@ def verify_mission(reader: MissionReader) -> Verification:
     steps, search = reader.steps(), reader.search()
     if not steps or search is None:
         raise InputDataError(f"{reader.folder} cannot be verified: it holds no step of a search")
-    retrace = Retrace(search)
+    retrace, pending = Retrace(search), _Pending()
     for number, step in enumerate(steps, start=1):
-        for fact in _facts(reader, retrace, step):
+        for about, fact in _facts(reader, retrace, step, pending):
             if _differ(fact.recorded, fact.computed):
-                return Verification(number, _difference(step.step, fact))
+                return Verification(number, _difference(about, fact))
+    for about, fact in pending.conclude(retrace):
+        if _differ(fact.recorded, fact.computed):
+            return Verification(len(steps), _difference(about, fact))
     return Verification(len(steps), None)
+
+
+@dataclass(slots=True)
+class _Pending:
+    """Conclusion of the latest step that has one; in a split swarm others may have decided before it."""
+
+    conclusion: ConclusionRecord | None = None
+
+    def conclude(self, retrace: Retrace) -> Iterator[tuple[int, _Fact]]:
+        """Make it again, if it is still to be made; yield its step with each fact."""
+        conclusion, self.conclusion = self.conclusion, None
+        if conclusion is not None:
+            for fact in _conclusion_facts(conclusion, retrace.conclude(conclusion)):
+                yield conclusion.step, fact
 
 
 def _difference(step: int, fact: _Fact) -> Difference:
@@ -94,12 +111,14 @@ def _difference(step: int, fact: _Fact) -> Difference:
     return Difference(step, fact.vehicle_id, what, recorded, computed)
 
 
-def _facts(reader: MissionReader, retrace: Retrace, step: StepRecord) -> Iterator[_Fact]:
-    """Compute a step again, and go through what its record and the computation say."""
+def _facts(reader: MissionReader, retrace: Retrace, step: StepRecord, pending: _Pending) -> Iterator[tuple[int, _Fact]]:
+    """Compute a step again, and what was concluded before it; yield its number with each fact."""
     known = reader.decision(step.step)
     if known is None:
         raise InputDataError(f"{reader.folder} cannot be verified: what step {step.step} depended on is not recorded")
     decision, conclusion = known
+    if decision.concluded > retrace.concluded:
+        yield from pending.conclude(retrace)
     if (decision.decided, decision.concluded) != (retrace.decided, retrace.concluded):
         raise InputDataError(
             f"{reader.folder} cannot be verified: steps before step {step.step} are missing in the record "
@@ -109,15 +128,17 @@ def _facts(reader: MissionReader, retrace: Retrace, step: StepRecord) -> Iterato
     captures: list[Capture] = []
     for entry in reader.frames(step.step):
         captures.append(entry.load())
-        yield _Fact("frame (digest of pixels and pose)", entry.vehicle_id, entry.digest, frame_digest(captures[-1]))
+        digest = frame_digest(captures[-1])
+        yield step.step, _Fact("frame (digest of pixels and pose)", entry.vehicle_id, entry.digest, digest)
     try:
         retraced = retrace.decide(decision, captures)
     except ImagingError as error:
-        yield _Fact("frames", None, "usable", str(error))
+        yield step.step, _Fact("frames", None, "usable", str(error))
         return
-    yield from _decision_facts(step, decision, retraced, reader.strategy_state(step.step))
+    for fact in _decision_facts(step, decision, retraced, reader.strategy_state(step.step)):
+        yield step.step, fact
     if conclusion is not None:
-        yield from _conclusion_facts(conclusion, retrace.conclude(conclusion))
+        pending.conclusion = conclusion
 
 
 def _decision_facts(

@@ -34,6 +34,9 @@ from aos_gcs.ports import Capture
 from aos_gcs.runtime.demo_terrain import above_ground
 from aos_gcs.runtime.virtual_time import InlineWorker, run
 
+SPLIT = "split"
+"""Name of the continuous search with a split swarm."""
+
 
 @dataclass(slots=True)
 class StepTrace:
@@ -144,15 +147,19 @@ def mission_settings(
 def search_settings(mode: str) -> SearchSettings | None:
     """Return the settings of a search mode by its name; None for an empty one: those by default.
 
+    ``split`` is the continuous one in which vehicles that are not needed for a close look scan on.
+
     Raises:
         ConfigurationError: there is no such mode.
     """
     if not mode:
         return None
+    if mode == SPLIT:
+        return SearchSettings(split=True)
     try:
         return SearchSettings(SearchMode(mode))
     except ValueError as error:
-        raise ConfigurationError(f"--search must be one of {', '.join(SearchMode)}, got {mode!r}.") from error
+        raise ConfigurationError(f"--search must be one of {', '.join((*SearchMode, SPLIT))}, got {mode!r}.") from error
 
 
 def _uncertainty(spacing: Spacing) -> Uncertainty:

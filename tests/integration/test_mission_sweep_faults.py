@@ -17,7 +17,7 @@ from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.search.exposing import BLIND_S
 from aos_gcs.mission.search.sweep import LEFT_BEHIND_M
-from aos_gcs.mission.search.sweeping import ANALYSIS_S, _Flight
+from aos_gcs.mission.search.sweep_commands import ANALYSIS_S, SweepCommands
 from aos_gcs.planning.settings import FlightSettings, SearchMode, SearchSettings
 from aos_gcs.ports import Command, FlightMode, Goto, Hold, ReturnToLaunch
 from aos_gcs.ports.worker import ThreadWorker
@@ -247,16 +247,16 @@ async def test_a_hold_that_comes_with_new_waypoints_of_the_sweep_is_the_last_com
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     flight, holds = sweep_flight(), list[asyncio.Task[object]]()
-    send = _Flight.send
+    send = SweepCommands.send
 
-    def send_after_hold(sending: _Flight, waypoints: Sequence[WaypointRecord]) -> None:
+    def send_after_hold(sending: SweepCommands, waypoints: Sequence[WaypointRecord]) -> None:
         """Have an operator hold all in the very moment in which everybody is sent on."""
         if is_in_the_middle(flight) and not holds:
             holds.append(asyncio.create_task(flight.commands.act(Action.HOLD, None)))
             sending._unconfirmed |= {1, 2, 3}
         send(sending, waypoints)
 
-    monkeypatch.setattr(_Flight, "send", send_after_hold)
+    monkeypatch.setattr(SweepCommands, "send", send_after_hold)
     async with flying(flight) as run:
         await flight.until(lambda: bool(holds))
         await flight.clock.sleep(3.0)

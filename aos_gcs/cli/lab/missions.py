@@ -40,7 +40,8 @@ def missions(
         str,
         typer.Option(
             metavar="MODE",
-            help="How the swarm flies along its legs: continuous or stops.",
+            help="How the swarm flies along its legs: continuous, stops, or split, which is continuous with some "
+            "vehicles that scan on while others look closely.",
             show_default="as missions do by default",
         ),
     ] = "",

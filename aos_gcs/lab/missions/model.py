@@ -39,7 +39,7 @@ class MissionsSettings:
     follow_ground: bool = False
     """Whether the altitude layers follow the ground; else they are level."""
     search_mode: str = ""
-    """Flight along the legs, ``continuous`` or with ``stops``; empty: as missions do by default."""
+    """Flight along the legs, ``continuous``, with ``stops``, or ``split``; empty: as missions do by default."""
 
     surface: str = ""
     """Surface that the focal plane follows over relief, ``terrain`` or ``level``; empty: as missions do by default."""

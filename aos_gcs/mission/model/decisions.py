@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,13 @@ from aos_gcs.mission.model.findings import Finding, TargetEstimate
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.settings import MissionSettings
+
+
+class Group(StrEnum):
+    """Part of a swarm of which some vehicles look closely while the others scan on."""
+
+    LOOK = "look"
+    SCAN = "scan"
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,6 +102,8 @@ class DecisionRecord:
     """Whether the swarm may fly along the leg without stops."""
     speeds_mps: Mapping[int, float] = field(default_factory=dict)
     """Speed of each vehicle at exposure, by id; empty where all hovered."""
+    group: Group | None = None
+    """Group whose step it was; None: the whole swarm."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,7 +18,7 @@ from aos_gcs.airspace.waypoints import WaypointRecord
 from aos_gcs.imaging.model import StepAnalysis
 from aos_gcs.mission.fleet.layers import in_layers
 from aos_gcs.mission.journal import Announcer
-from aos_gcs.mission.model.decisions import Situation
+from aos_gcs.mission.model.decisions import Group, Situation
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.search.claims import Claims
 from aos_gcs.mission.search.findings import Findings
@@ -26,8 +26,9 @@ from aos_gcs.mission.search.ground_in_view import ground_in_view
 from aos_gcs.mission.search.observing import make_observation
 from aos_gcs.mission.search.persons import Judgement
 from aos_gcs.mission.search.progress import Advance, ScanProgress
+from aos_gcs.mission.search.split import Split, begin_split, places_of_both
 from aos_gcs.mission.search.stalls import place_ahead_m
-from aos_gcs.mission.search.sweep import Sweep
+from aos_gcs.mission.search.sweep import Sweep, Vet
 from aos_gcs.mission.search.targeting import TargetTracker
 from aos_gcs.planning.legs import ScanLeg, line_on
 from aos_gcs.planning.settings import MissionSettings
@@ -87,6 +88,8 @@ class Decider:
         self._claims = Claims(settings.detection, journal, self.tracker, findings)
         self.progress = ScanProgress(settings.flight.arrival_radius_m)
         self._sweep = Sweep(settings.flight, settings.imaging.rate_hz, self.line_spacing_m, journal)
+        self.split: Split | None = None
+        """Present split of the swarm; None while all vehicles do the same."""
 
     @property
     def found_at_s(self) -> float | None:
@@ -122,6 +125,7 @@ class Decider:
         self._state = self._strategy.init(np.array(leg.direction_enu))
         self.progress.form_line()
         self._sweep.end()
+        self.split = None
 
     def decide(
         self,
@@ -133,8 +137,11 @@ class Decider:
         *,
         surface: ReferenceSurface = LEVEL,
         may_sweep: bool = False,
+        group: Group | None = None,
     ) -> Decision:
         """Decide what follows from a step's analysis.
+
+        Those who scan on while others look are sent on, or to stop: then there are no waypoints.
 
         Args:
             phase: phase in which the step was made.
@@ -144,7 +151,17 @@ class Decider:
             ground: ground that the limits of the situation's traffic refer to.
             surface: surface that the altitude layers are offset from.
             may_sweep: whether the swarm may fly along the leg without stops while nothing is in view.
+            group: group whose step it is; None: the whole swarm, where a split ends.
         """
+
+        def vet(places_enu_m: NDArray[np.float64]) -> tuple[WaypointRecord, ...]:
+            planned_enu_m = in_layers(situation.swarm, places_enu_m, surface)
+            return vet_plan(planned_enu_m, situation.traffic, detours, ground, surface)
+
+        if group is Group.SCAN:
+            return self._scan_on(situation, analysis, vet)
+        if group is None:
+            self._end_split()
         terrain = ground_in_view(self._settings, ground, analysis.grid)
         in_view = self.tracker.observe(analysis, situation.now_s, terrain)
         self._claims.follow()
@@ -153,11 +170,10 @@ class Decider:
         if in_view or phase is not Phase.SCAN:
             self._sweep.end()
         following = self._next_phase(phase, situation, detours, analysis.vehicle_ids, in_view=in_view)
-
-        def vet(places_enu_m: NDArray[np.float64]) -> tuple[WaypointRecord, ...]:
-            planned_enu_m = in_layers(situation.swarm, places_enu_m, surface)
-            return vet_plan(planned_enu_m, situation.traffic, detours, ground, surface)
-
+        if may_sweep and following is Phase.CONVERGE:
+            self._begin_split(situation, analysis)
+        if self.split is not None:
+            self.split.note_look(analysis, self._looked_at_enu_m(), self.settled_enu_m)
         if following is Phase.SCAN and may_sweep and self.tracker.estimate() is None:
             progress = self.progress
             if swept := self._sweep.fly_on(progress.present_leg, progress.along_m, situation, vet):
@@ -166,7 +182,10 @@ class Decider:
         self._sweep.end()
         if following not in {Phase.SCAN, Phase.CONVERGE}:
             return Decision(following, Diagnostics(branch="hold", leader_id=analysis.leader_id), ())
-        diagnostics, next_enu_m = self._choose_places(situation, analysis, in_view=in_view)
+        looking = self._looking(situation)
+        diagnostics, next_enu_m = self._choose_places(looking, analysis, in_view=in_view)
+        if self.split is not None and len(looking.swarm) < len(situation.swarm):
+            next_enu_m = places_of_both(self.split, self.progress, situation, next_enu_m)
         if following is Phase.SCAN and self.tracker.estimate() is None and self.line_spacing_m != self.spacing_m:
             # The strategy's own line is that of a close look.
             next_enu_m = line_on(self.progress.present_leg, next_enu_m, self.line_spacing_m)
@@ -193,10 +212,52 @@ class Decider:
         if found is not None:
             self.tracker.attend(found)
             self._steps_found = 0
+            if self.split is not None and self._settings.detection.stop_at_first:
+                self.split.is_over = True
             return Phase.FOUND
         if following is Phase.CONVERGE and self._claims.is_look_over():
             return self._go_on()
         return following
+
+    def _begin_split(self, situation: Situation, analysis: StepAnalysis) -> None:
+        """Have some vehicles look at what is in view and the others scan on, where there are enough of them."""
+        target = self.tracker.estimate()
+        self.split = begin_split(
+            self._settings,
+            situation,
+            None if target is None else target.position_enu_m,
+            analysis.leader_id,
+            line_m=self.line_spacing_m,
+            began_m=self.progress.along_m,
+            journal=self._journal,
+        )
+
+    def _scan_on(self, situation: Situation, analysis: StepAnalysis, vet: Vet) -> Decision:
+        """Decide where those fly who scan while others look; behind a look that is over, their leg's end is the end."""
+        following, waypoints = Phase.SCAN, tuple[WaypointRecord, ...]()
+        if (split := self.split) is not None:
+            waypoints = split.scan_on(self.progress, situation, analysis, vet)
+            if split.is_catching_up and split.is_at_end:
+                following = self._begin_next_leg()
+        return Decision(following, Diagnostics("sweep"), waypoints, is_sweep=bool(waypoints))
+
+    def _end_split(self) -> None:
+        """Have all vehicles do the same again; what those who scanned have flown over is flown again."""
+        if self.split is not None:
+            self.progress.go_back(self.split.began_m)
+            self.split = None
+
+    def _looking(self, situation: Situation) -> Situation:
+        """Return a situation with those who look closely as its swarm."""
+        if self.split is None:
+            return situation
+        look_ids = self.split.look_ids
+        return replace(situation, swarm=tuple(one for one in situation.swarm if one.vehicle_id in look_ids))
+
+    def _looked_at_enu_m(self) -> list[tuple[float, float]]:
+        """Return where the target is, and the blob that has shown it."""
+        target, blob_enu_m = self.tracker.estimate(), self.tracker.blob_enu_m
+        return [] if target is None else [place[:2] for place in (target.position_enu_m, blob_enu_m) if place]
 
     def _choose_places(
         self, situation: Situation, analysis: StepAnalysis, *, in_view: bool
@@ -247,18 +308,30 @@ class Decider:
         self._claims.settle_target()
         self.tracker.give_up()
         self._forget()
-        return Phase.LINE
+        return self._return_to_leg(is_settled=True)
+
+    def _return_to_leg(self, *, is_settled: bool) -> Phase:
+        """Take up the leg where it was left, or where others have got to, where it is known what was seen."""
+        if (split := self.split) is None:
+            return Phase.LINE
+        if not is_settled or split.leaves_something(self.settled_enu_m):
+            split.is_over = True
+            self.progress.go_back(split.began_m)
+            return Phase.LINE
+        split.is_catching_up = not split.is_over
+        return self._begin_next_leg() if split.is_at_end else Phase.LINE
 
     def _continue_scan(self, situation: Situation, detours: Detours, framed_ids: Sequence[int]) -> Phase:
         """Follow the leg; return to it after a target was lost; after its end take the next one, or fly home."""
         if self.tracker.estimate() is not None:
             is_recent = self.tracker.steps_out_of_view < self._settings.detection.reacquire_steps
-            if is_recent and self._claims.is_worth_a_search():
+            is_worth_it = self._claims.is_worth_a_search()
+            if is_recent and is_worth_it:
                 return Phase.SCAN
             self._claims.conclude_lost()
             self.tracker.give_up()
             self._forget()
-            return Phase.LINE
+            return self._return_to_leg(is_settled=not is_worth_it)
         progress = self.progress
         if self._sweep.is_under_way:
             along_m = self._sweep.exposed_at_m(progress.present_leg, situation, framed_ids)

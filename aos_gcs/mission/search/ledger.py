@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.imaging.model import StepAnalysis
-from aos_gcs.mission.model.decisions import ConclusionRecord, DecisionRecord, FormedLine, Situation
+from aos_gcs.mission.model.decisions import ConclusionRecord, DecisionRecord, FormedLine, Group, Situation
 from aos_gcs.mission.model.findings import Finding, TargetEstimate
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.steps import StepRecord
@@ -39,8 +39,12 @@ class DecisionLog:
         progress = self._decider.progress
         self._line = FormedLine(progress.legs, progress.leg, formed)
 
-    def begin_analysis(self) -> tuple[tuple[float, float], ...]:
-        """Return the places that lead no vehicle any more, with which the frames are to be analysed."""
+    def begin_analysis(self, group: Group | None = None) -> tuple[tuple[float, float], ...]:
+        """Return the places that lead no vehicle any more, with which the frames of a group are to be analysed."""
+        if group is Group.SCAN and self._decider.split is not None:
+            # What operators change concerns the look.
+            self._settled_enu_m = self._decider.split.passed_enu_m
+            return self._settled_enu_m
         self._edits_before_analysis += self._findings.take_edits()
         self._settled_enu_m = self._decider.settled_enu_m
         return self._settled_enu_m
@@ -61,6 +65,7 @@ class DecisionLog:
         edits: tuple[Finding, ...],
         may_sweep: bool,
         speeds_mps: Mapping[int, float],
+        group: Group | None,
     ) -> DecisionRecord:
         """Return the record of a step's decision, once it is made."""
         record = DecisionRecord(
@@ -75,13 +80,16 @@ class DecisionLog:
             marks=analysis.mark_digests,
             line=self._line,
             poses=poses,
-            edits_before_analysis=tuple(self._edits_before_analysis),
+            edits_before_analysis=() if group is Group.SCAN else tuple(self._edits_before_analysis),
             edits=edits,
             may_sweep=may_sweep,
             speeds_mps=speeds_mps,
+            group=group,
         )
         self._decisions += 1
-        self._line, self._edits_before_analysis = None, []
+        self._line = None
+        if group is not Group.SCAN:
+            self._edits_before_analysis = []
         return record
 
     def conclusion(

@@ -142,6 +142,10 @@ class ScanProgress:
         is_over = self._along_m >= self.present_leg.length_m - self._least_gain_m
         return Advance.END_OF_LEG if is_over else Advance.ON_LEG
 
+    def go_back(self, along_m: float) -> None:
+        """Note that the present leg is flown again from a place on."""
+        self._along_m = min(self._along_m, along_m)
+
     def leave_out(self, length_m: float) -> None:
         """Leave out the next stretch of the present leg."""
         self.left_out_m += length_m

@@ -11,7 +11,7 @@ from aos_gcs.airspace.terrain import GroundRaster
 from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.imaging.model import Frame, KeptView, KnownPlaces, StepAnalysis
 from aos_gcs.imaging.step.analysis import analyse_step
-from aos_gcs.mission.model.decisions import ConclusionRecord, DecisionRecord, FormedLine, SearchRecord
+from aos_gcs.mission.model.decisions import ConclusionRecord, DecisionRecord, FormedLine, Group, SearchRecord
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.steps import StepRecord
 from aos_gcs.mission.search.deciding import Decider
@@ -20,6 +20,7 @@ from aos_gcs.mission.search.ground_in_view import ground_in_view
 from aos_gcs.mission.search.ledger import step_record
 from aos_gcs.mission.search.persons import Judgement, PersonWatch, watch_persons
 from aos_gcs.mission.search.sampling import to_frame
+from aos_gcs.mission.search.split import Split
 from aos_gcs.planning.layer_surface import layer_surface
 from aos_gcs.planning.terrain import ground_of_limits
 from aos_gcs.ports import Capture, Severity
@@ -68,6 +69,10 @@ class Retrace:
         )
         self._history: tuple[KeptView, ...] = ()
         self._persons = PersonWatch()
+        self._split: Split | None = None
+        """Split of the latest step of those who scan on."""
+        self._scan_persons = PersonWatch()
+        """Watch of their frames."""
         self._frames: list[Frame] = []
         self._analysis: StepAnalysis | None = None
         self._limits: SafetyLimits | None = None
@@ -95,12 +100,19 @@ class Retrace:
         self._findings.adopt(record.edits_before_analysis)
         if record.line is not None:
             self._form_line(record.line)
+        if (is_scan := record.group is Group.SCAN) and decider.split is not self._split:
+            self._split, self._scan_persons = decider.split, PersonWatch()
         settled_enu_m = decider.settled_enu_m
-        self._frames = [self._placed(capture, record) for capture in captures]
+        if is_scan and decider.split is not None:
+            settled_enu_m = decider.split.passed_enu_m
+        frames = [self._placed(capture, record) for capture in captures]
         imaging = replace(self._settings.imaging, plane_height_m=record.focal_height_m)
-        places = KnownPlaces(settled_enu_m, self._persons.suspects_enu_m)
-        analysis = analyse_step(self._frames, imaging, self._history, places=places)
-        self._analysis, self._history = analysis, analysis.history
+        places = KnownPlaces(settled_enu_m, (self._scan_persons if is_scan else self._persons).suspects_enu_m)
+        analysis = analyse_step(frames, imaging, () if is_scan else self._history, places=places)
+        if is_scan:
+            self._watch_scan(frames, analysis)
+        else:
+            self._frames, self._analysis, self._history = frames, analysis, analysis.history
         self._findings.adopt(record.edits)
         self._journal.now_s = situation.now_s
         self._survey(situation.traffic.limits)
@@ -113,8 +125,10 @@ class Retrace:
             self._ground,
             surface=surface,
             may_sweep=record.may_sweep,
+            group=record.group,
         )
-        self._following = decision.following
+        if not is_scan:
+            self._following = decision.following
         self.decided += 1
         return Retraced(
             record=step_record(
@@ -159,6 +173,18 @@ class Retrace:
         self._findings.merge(targets)
         self.concluded += 1
         return replace(record, following=following, targets=targets)
+
+    def _watch_scan(self, frames: Sequence[Frame], analysis: StepAnalysis) -> None:
+        """Take in what the frames of those who scan on show of warm bodies; their tracks are those of the look."""
+        usable = [frame for frame in frames if frame.vehicle_id in analysis.vehicle_ids]
+        self._scan_persons, _ = watch_persons(
+            self._scan_persons,
+            usable,
+            analysis.grid.height_m,
+            {},
+            self._settings.uncertainty,
+            ground=ground_in_view(self._settings, self._ground, analysis.grid),
+        )
 
     def _survey(self, limits: SafetyLimits) -> None:
         """Take in the ground and the surface of the layers, which are those of the limits as long as these stay."""

@@ -20,6 +20,7 @@ from aos_gcs.mission.search.gap_flights import GapFlights
 from aos_gcs.mission.search.ground_mapping import GroundMapping
 from aos_gcs.mission.search.progress import time_on_legs_s
 from aos_gcs.mission.search.sampling import Sampler
+from aos_gcs.mission.search.splitting import Splitting
 from aos_gcs.mission.search.step_work import StepWork
 from aos_gcs.mission.search.strength import SwarmStrength
 from aos_gcs.mission.search.sweeping import Sweeping
@@ -74,6 +75,9 @@ class Search:
             covered_ground=self.covered_ground,
         )
         self.sweeping = Sweeping(context, vision, self._sampler, self._work)
+        self._splitting = Splitting(
+            context, vision, self._sampler, self._work, decider=self.decider, sweeping=self.sweeping
+        )
         self.strength = SwarmStrength(context, lambda: self.covered_ground.covered_fraction)
         self._on_legs_s, self._steps_counted = 0.0, 0
         self._gaps = GapFlights(context, ground, self.decider.progress)
@@ -82,6 +86,15 @@ class Search:
     def step(self) -> int:
         """Number of the latest step."""
         return self._work.step
+
+    @property
+    def flies_on(self) -> bool:
+        """Whether vehicles may still fly to waypoints far along the leg."""
+        return self.sweeping.is_under_way or self._splitting.is_under_way
+
+    async def rest(self) -> None:
+        """Have vehicles that scan on hover: the mission is paused, and nobody leads them."""
+        await self._splitting.stop()
 
     def time_left_s(self) -> float | None:
         """Return how long the rest of the search takes at the pace so far; None while that is not known."""
@@ -107,7 +120,7 @@ class Search:
         late = await context.flight.transfer(
             in_layers(swarm, places_enu_m, context.roster.layers.known_surface()), frozenset({Task.SWARM})
         )
-        self.sweeping.is_under_way = False
+        self.sweeping.is_under_way = self._splitting.is_under_way = False
         for member in late:
             context.journal.notice(Severity.WARNING, "did not reach its place in the line in time", member.vehicle_id)
         self.decider.begin_line(leg)
@@ -139,11 +152,21 @@ class Search:
     async def make_step(self, phase: Phase) -> Phase:
         """Make one step: sample, see, decide, act, publish; return the phase of the next one.
 
-        Where the decision is to sweep, the steps of the whole sweep are made.
+        Where the decision is to sweep, the steps of the whole sweep are made; where the swarm is split, those of both
+        groups as long as the look is in this phase.
         """
         await self.sweeping.stop()
         if not (swarm := await self.strength.gather()):
             return Phase.RETURN
+        if self._splitting.is_on:
+            following = await self._splitting.make_steps(phase)
+        else:
+            following = await self._make_step(phase, swarm)
+        middle_m = self._context.roster.positions_enu_m(swarm)[:, :2].mean(axis=0)
+        return await self._gaps.after(following, len(swarm), middle_m)
+
+    async def _make_step(self, phase: Phase, swarm: list[Member]) -> Phase:
+        """Make a step of the whole swarm, and those of the sweep that it begins."""
         work = self._work
         work.step += 1
         self._context.journal.set_message(f"Step {work.step}: capturing images.")
@@ -161,5 +184,4 @@ class Search:
         following, decision = await work.work_on(phase, swarm, intake, taken, may_sweep=may_sweep)
         if decision is not None and decision.is_sweep and following is Phase.SCAN:
             following = await self.sweeping.fly(decision.waypoints)
-        middle_m = self._context.roster.positions_enu_m(swarm)[:, :2].mean(axis=0)
-        return await self._gaps.after(following, len(swarm), middle_m)
+        return following

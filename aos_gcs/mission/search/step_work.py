@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 from aos_gcs.airspace.waypoints import WaypointRecord, as_enu_point
@@ -14,7 +14,7 @@ from aos_gcs.imaging.model import StepAnalysis
 from aos_gcs.mission.context import FlightContext, MissionContext
 from aos_gcs.mission.fleet.roster import Member
 from aos_gcs.mission.handler_watch import WORK_S, sign_of_life
-from aos_gcs.mission.model.decisions import DecisionRecord, SearchRecord, Situation, SwarmPlace
+from aos_gcs.mission.model.decisions import DecisionRecord, Group, SearchRecord, Situation, SwarmPlace
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.steps import StepRecord
 from aos_gcs.mission.model.vehicles import Task
@@ -61,8 +61,19 @@ class SweepFlight(Protocol):
         ...
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Worked:
+    """A step that was decided, and is still to be concluded."""
+
+    step: int
+    analysis: StepAnalysis
+    decision: Decision
+
+
 class StepWork:
     """Works on the frames of one step after another.
+
+    Groups of a split swarm take turns: whoever has :attr:`turn` numbers a step, sees, decides, records and sends.
 
     Args:
         context: context of the flight.
@@ -97,8 +108,12 @@ class StepWork:
         self._covered_ground = covered_ground
         self.log = DecisionLog(decider, findings)
         self._blind_steps = 0
+        self._problem = _NO_FRAME, ""
+        """Why the latest step has led to no decision."""
         self.step = 0
         """Number of the present step."""
+        self.turn = asyncio.Lock()
+        """Held by the group whose step is decided."""
 
     async def work_on(
         self,
@@ -112,36 +127,69 @@ class StepWork:
     ) -> tuple[Phase, Decision | None]:
         """Return the phase of the next step, and the decision; None where the frames lead to none.
 
-        Waits for the arrival of the vehicles, unless they are to sweep on.
+        Waits for the arrival of the vehicles, unless they are to sweep on. Arguments as for :meth:`decide_on`.
+        """
+        worked = await self.decide_on(phase, swarm, intake, taken, may_sweep=may_sweep, sweep=sweep)
+        if worked is None:
+            return self.count_blind_step(phase, taken), None
+        return await self.conclude(worked), worked.decision
+
+    async def decide_on(
+        self,
+        phase: Phase,
+        swarm: list[Member],
+        intake: FrameIntake,
+        taken: Sample,
+        *,
+        may_sweep: bool,
+        sweep: SweepFlight | None = None,
+        group: Group | None = None,
+        vision: Vision | None = None,
+        send: Callable[[Sequence[WaypointRecord]], None] | None = None,
+    ) -> Worked | None:
+        """See, decide, record, send and publish a step; None where the frames lead to no decision.
 
         Args:
             phase: phase of this step.
-            swarm: vehicles of the swarm.
+            swarm: vehicles of the swarm, or of a group of it.
             intake: intake of the frames, which is over.
             taken: frames that were taken, if any; the last of them has just come.
             may_sweep: whether the vehicles may fly along the leg without stops.
             sweep: the sweep in which they were taken; None: at rest.
+            group: group whose step it is, in a split swarm.
+            vision: sees the frames of those who scan on; None: that of the search.
+            send: begins to send the waypoints of those who look, for whose confirmation the others do not wait.
         """
         context, received_at_s = self._context, time.perf_counter()
+        vision, self._problem = self._vision if vision is None else vision, (_NO_FRAME, "")
         if not taken.captures:
-            return self._count_blind_step(phase, _NO_FRAME, _reasons(taken)), None
+            return None
         try:
             leave_out = self._sampler.leave_out if sweep is None else sweep.leave_out
-            taken, analysis = await self._see(intake, taken, leave_out)
+            taken, analysis = await self._see(vision, intake, taken, leave_out, group)
         except WorkerError as error:
             text = f"Step {self.step} is repeated: {error}. Fault of this station; the swarm holds its position"
             context.journal.notice(Severity.WARNING, text)
-            return self._count_blind_step(phase, "No images could be analysed", str(error)), None
+            self._problem = "No images could be analysed", str(error)
+            return None
         if analysis is None:
-            return self._count_blind_step(phase, _NO_FRAME, _reasons(taken)), None
-        self._blind_steps = 0
+            self._problem = _NO_FRAME, _reasons(taken)
+            return None
+        if group is not Group.SCAN:
+            self._blind_steps = 0
         imaging_ms = _ms_since(received_at_s)
         if sweep is None:
             context.journal.set_message(f"Step {self.step}: moving.")
         situation = self._situation(swarm, intake, taken)
-        decision, record, reasons = self._decide(phase, situation, taken, analysis, may_sweep=may_sweep)
+        decision, record, reasons = self._decide(
+            vision, phase, situation, taken, analysis, may_sweep=may_sweep, group=group
+        )
         await self._record(record, reasons)
-        work_ms = await self._send(decision, sweep, received_at_s)
+        work_ms = _ms_since(received_at_s)
+        if send is not None:
+            send(decision.waypoints)
+        elif decision.is_sweep or group is not Group.SCAN:
+            work_ms = await self._send(decision, sweep, received_at_s)
         await self._publish(
             replace(
                 record,
@@ -152,30 +200,48 @@ class StepWork:
             ),
         )
         sign_of_life(WORK_S)
-        if sweep is None or not sweep.is_behind:
-            await self._gallery.render(self.step, self._vision.frames(analysis), analysis)
-        await self._covered_ground.note(self.step, taken, analysis, self._vision.frames(analysis))
-        async with asyncio.TaskGroup() as group:
-            learning = group.create_task(self._learn(analysis, decision))
-            if not decision.is_sweep:
-                await self.await_arrival(record.waypoints)
-            sign_of_life(WORK_S)
-        return learning.result(), decision
+        # Operators are shown what the look sees.
+        if group is not Group.SCAN and (sweep is None or not sweep.is_behind):
+            await self._gallery.render(self.step, vision.frames(analysis), analysis)
+        await self._covered_ground.note(self.step, taken, analysis, vision.frames(analysis))
+        return Worked(self.step, analysis, decision)
 
-    async def _see(self, intake: FrameIntake, taken: Sample, leave_out: LeaveOut) -> tuple[Sample, StepAnalysis | None]:
+    async def conclude(self, worked: Worked) -> Phase:
+        """Conclude a step while its vehicles fly, wait for their arrival unless they sweep, return the next phase.
+
+        In a split swarm those who look wait for each other only.
+        """
+        decision, split = worked.decision, self._decider.split
+        awaited = [one for one in decision.waypoints if split is None or one.vehicle_id in split.look_ids]
+        async with asyncio.TaskGroup() as group:
+            learning = group.create_task(self._learn(worked))
+            if not decision.is_sweep:
+                await self.await_arrival(awaited)
+            sign_of_life(WORK_S)
+        return learning.result()
+
+    async def _see(
+        self, vision: Vision, intake: FrameIntake, taken: Sample, leave_out: LeaveOut, group: Group | None
+    ) -> tuple[Sample, StepAnalysis | None]:
         """Analyse the frames, and count those that cannot be used as missing; None if that leaves none."""
-        target = self._decider.tracker.estimate()
+        target = None if group is Group.SCAN else self._decider.tracker.estimate()
         target_enu_m = None if target is None else target.position_enu_m
         try:
-            analysis = await self._vision.see(intake, taken, self.log.begin_analysis(), target_enu_m)
+            analysis = await vision.see(intake, taken, self.log.begin_analysis(group), target_enu_m)
         except UnusableFramesError as error:
             return leave_out(self.step, taken, error.reasons), None
         return leave_out(self.step, taken, analysis.skipped), analysis
 
-    def _count_blind_step(self, phase: Phase, problem: str, details: str) -> Phase:
+    def count_blind_step(self, phase: Phase, taken: Sample) -> Phase:
+        """Count a step that has led to no decision, and return its phase.
+
+        Raises:
+            MissionFailedError: it was one too many.
+        """
+        problem, details = self._problem
         self._blind_steps += 1
         if self._blind_steps >= _MAX_BLIND_STEPS:
-            raise MissionFailedError(f"{problem} in {self._blind_steps} steps ({details}).")
+            raise MissionFailedError(f"{problem} in {self._blind_steps} steps ({details or _reasons(taken)}).")
         return phase
 
     def _situation(self, swarm: list[Member], intake: FrameIntake, taken: Sample) -> Situation:
@@ -195,13 +261,28 @@ class StepWork:
         return Situation(context.journal.elapsed_s(), tuple(places), traffic)
 
     def _decide(
-        self, phase: Phase, situation: Situation, taken: Sample, analysis: StepAnalysis, *, may_sweep: bool
+        self,
+        vision: Vision,
+        phase: Phase,
+        situation: Situation,
+        taken: Sample,
+        analysis: StepAnalysis,
+        *,
+        may_sweep: bool,
+        group: Group | None,
     ) -> tuple[Decision, StepRecord, DecisionRecord]:
         """Decide, and return the records of the step and of all that the decision depended on."""
-        edits = self.log.take_edits()
+        edits = () if group is Group.SCAN else self.log.take_edits()
         flight, surface = self._context.flight, self._context.roster.layers.known_surface()
         decision = self._decider.decide(
-            phase, situation, flight.detours, analysis, flight.ground, surface=surface, may_sweep=may_sweep
+            phase,
+            situation,
+            flight.detours,
+            analysis,
+            flight.ground,
+            surface=surface,
+            may_sweep=may_sweep,
+            group=group,
         )
         record = self.log.decision(
             self.step,
@@ -209,10 +290,11 @@ class StepWork:
             situation,
             analysis,
             decision,
-            poses=self._vision.corrected_poses(),
+            poses=vision.corrected_poses(),
             edits=edits,
             may_sweep=may_sweep,
             speeds_mps=taken.speeds_mps,
+            group=group,
         )
         step = step_record(
             self.step,
@@ -258,14 +340,14 @@ class StepWork:
             await self._mission.recorder.record_step(record, self._decider.strategy_state())
         journal.step(record)
 
-    async def _learn(self, analysis: StepAnalysis, decision: Decision) -> Phase:
+    async def _learn(self, worked: Worked) -> Phase:
         """Learn from the step's frames while the vehicles move, decide what was seen, and return the next phase."""
-        tracker, journal = self._decider.tracker, self._context.journal
-        judgements = await self._vision.learn(self.step, analysis, tracker.places_enu_m())
+        tracker, journal, step, decision = self._decider.tracker, self._context.journal, worked.step, worked.decision
+        judgements = await self._vision.learn(step, worked.analysis, tracker.places_enu_m())
         edits, now_s = self.log.take_edits(), journal.elapsed_s()
         following = self._decider.conclude(decision.following, judgements or {})
         targets = tracker.estimates()
-        for finding in self._findings.observe(targets, self.step, now_s):
+        for finding in self._findings.observe(targets, step, now_s):
             east_m, north_m, _ = finding.position_enu_m
             text = f"Finding {finding.finding_id} at {east_m:.1f} m east, {north_m:.1f} m north"
             journal.notice(Severity.INFO, text, track_id=finding.track_id)
@@ -273,8 +355,8 @@ class StepWork:
             same = finding.merged_into
             change = "is no longer the same as another one" if same is None else f"is the same as finding {same}"
             journal.notice(Severity.INFO, f"Finding {finding.finding_id} {change}")
-        record = self.log.conclusion(self.step, now_s, following, targets, judged=judgements is not None, edits=edits)
-        async with journal.with_disk_timeout(f"conclusion of step {self.step}"):
+        record = self.log.conclusion(step, now_s, following, targets, judged=judgements is not None, edits=edits)
+        async with journal.with_disk_timeout(f"conclusion of step {step}"):
             await self._mission.recorder.record_conclusion(record)
         return following
 

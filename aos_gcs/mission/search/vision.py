@@ -88,6 +88,12 @@ class Vision:
             )
         self._focus = overridden(self._focus, height_m)
 
+    def beside(self) -> Vision:
+        """Return another one for frames taken beside those of this one: with its focus and poses, and no history."""
+        other = Vision(self._context, self._recorder, None)
+        other._focus, other._ground_m, other._registration = self._focus, self._ground_m, self._registration
+        return other
+
     def intake(self, step: int) -> AbstractAsyncContextManager[FrameIntake]:
         """Take in the frames of a step, as they come."""
         return open_intake(self._context, self._recorder, step)

@@ -166,6 +166,32 @@ export const search: readonly StationText[] = [
     "No frame has come in flight for {silence} s ({trouble}): the search goes on with stops",
     "Seit {silence} s kam im Flug kein Bild ({trouble}): Die Suche geht mit Halten weiter",
   ],
+  [
+    "Vehicles {named} look closely, the other {count} scan on",
+    "Die Drohnen {named} sehen genau hin, die anderen {count} suchen weiter",
+  ],
+  [
+    "All vehicles look closely: the others would be {spacing} m apart in the line, too far to see all",
+    "Alle Drohnen sehen genau hin: Die anderen wären in der Linie {spacing} m auseinander, zu weit, um alles zu sehen",
+  ],
+  [
+    "The vehicles that scan on stop and wait for the close look: {reason}",
+    "Die Drohnen, die weitersuchen, halten an und warten auf den genauen Blick: {reason}",
+  ],
+  [
+    "something is in view at {east} m east, {north} m north",
+    "etwas ist in Sicht, {east} m östlich, {north} m nördlich",
+  ],
+  ["no frames from {begin} to {end} m of the leg", "keine Bilder von {begin} bis {end} m der Bahn"],
+  ["they are at the end of the leg", "sie sind am Ende der Bahn"],
+  ["the line cannot sweep on", "die Linie kann nicht weiterfliegen"],
+  ["no frames ({trouble})", "keine Bilder ({trouble})"],
+  ["{count} vehicles look closely, {scanning} scan on.", "{count} Drohnen sehen genau hin, {scanning} suchen weiter."],
+  ["{count} vehicles look closely, {scanning} wait.", "{count} Drohnen sehen genau hin, {scanning} warten."],
+  [
+    "The vehicles that looked closely fly after the line.",
+    "Die Drohnen, die genau hingesehen haben, fliegen der Linie nach.",
+  ],
   ["Frames come again: the search goes on without stops", "Bilder kommen wieder: Die Suche geht ohne Halte weiter"],
   [
     "Frames come every {interval} s instead of every {period} s: the line flies at {pace} m/s, so that no ground is left out",

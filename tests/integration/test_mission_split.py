@@ -1,0 +1,385 @@
+"""Split swarms: some vehicles look closely while the others scan on along the leg. In virtual time."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from aos_gcs.airspace.limits import UNLIMITED, SafetyOverrides
+from aos_gcs.mission.model.actions import Action
+from aos_gcs.mission.model.decisions import Group
+from aos_gcs.mission.model.phase import Outcome, Phase
+from aos_gcs.mission.model.steps import StepRecord
+from aos_gcs.mission.model.vehicles import Task
+from aos_gcs.mission.search.splitting import NEAR_M
+from aos_gcs.planning.settings import DetectionSettings, SearchMode, SearchSettings
+from aos_gcs.ports import FlightMode, Goto
+from aos_gcs.runtime.verification import Verification, verify_mission
+from aos_gcs.runtime.virtual_time import run as run_virtually
+from aos_gcs.store.reader import MissionReader
+from tests.fakes.fleet import FakeVehicle
+from tests.fakes.mission_flight import EXACT, Flight, flying, prepare
+from tests.fakes.recorded_search import write_search
+
+virtual = pytest.mark.looptime
+
+PERSON = (3.0, 40.0)
+AREA = ((-15.0, 10.0), (15.0, 10.0), (15.0, 120.0), (-15.0, 120.0))
+LONG_LOOK = DetectionSettings(threshold_m2=0.3, found_min_count=2, hold_steps=12)
+WAITS = "The vehicles that scan on stop and wait for the close look: "
+
+
+def split_flight(
+    n: int = 8, target: tuple[float, float] = PERSON, *, search: SearchSettings | None = None, **changes: object
+) -> Flight:
+    changes = {"area_enu_m": AREA, "camera_delay_s": 0.6, "errors": EXACT, "detection": LONG_LOOK} | changes
+    return prepare(n, target, search=search or SearchSettings(split=True), **changes)
+
+
+def steps_of(flight: Flight, group: Group) -> list[StepRecord]:
+    decisions = flight.recorder.decisions
+    return [flight.recorder.steps[step] for step in sorted(decisions) if decisions[step].group is group]
+
+
+def vehicles_of(flight: Flight, group: Group) -> set[int]:
+    decisions = flight.recorder.decisions.values()
+    return {place.vehicle_id for one in decisions if one.group is group for place in one.situation.swarm}
+
+
+def reached_m(flight: Flight) -> float:
+    return flight.mission.sortie.search.decider.progress.along_m
+
+
+def is_scanned_on(flight: Flight) -> bool:
+    return len(steps_of(flight, Group.SCAN)) >= 8
+
+
+def waits(flight: Flight) -> list[str]:
+    return [text.removeprefix(WAITS) for text in flight.texts() if text.startswith(WAITS)]
+
+
+def test_the_nearest_look_closely_the_others_scan_on_and_both_are_computed_again(tmp_path: Path) -> None:
+    async def fly() -> Flight:
+        flight = split_flight()
+        async with flying(flight) as run, asyncio.TaskGroup() as group:
+            watch = group.create_task(flight.watch_separation())
+            await flight.until(lambda: is_scanned_on(flight))
+            began_m = reached_m(flight)
+            await flight.until(lambda: flight.mission.phase is Phase.LINE)
+            assert reached_m(flight) > began_m + 10.0
+            assert await run is Outcome.FOUND
+            watch.cancel()
+        write_search(tmp_path / "mission", flight.recorder)
+        return flight
+
+    flight = run_virtually(fly())
+    looking, scanning = vehicles_of(flight, Group.LOOK), vehicles_of(flight, Group.SCAN)
+    assert (len(looking), len(scanning)) == (5, 3)
+    assert not looking & scanning
+    assert {step.phase for step in steps_of(flight, Group.LOOK)} == {Phase.CONVERGE, Phase.FOUND}
+    assert {(step.phase, step.branch) for step in steps_of(flight, Group.SCAN)} == {(Phase.SCAN, "sweep")}
+    assert flight.smallest_m >= UNLIMITED.separation_m
+    assert flight.view.snapshot().covered_fraction == 1.0
+    assert "Scan complete: the whole area was scanned, 1 possible person was found" in flight.texts()
+    with MissionReader(tmp_path / "mission") as reader:
+        assert verify_mission(reader) == Verification(len(flight.recorder.steps), None)
+
+
+def is_catching_up(flight: Flight) -> bool:
+    split = flight.mission.sortie.search.decider.split
+    return split is not None and split.is_catching_up
+
+
+def norths_m(flight: Flight, vehicle_ids: set[int]) -> list[float]:
+    return [float(flight.fleet.members[number].position_enu_m()[1]) for number in sorted(vehicle_ids)]
+
+
+@virtual
+async def test_behind_the_look_those_who_looked_fly_after_the_others_who_scan_on_until_one_line_forms() -> None:
+    flight = split_flight()
+    async with flying(flight) as run:
+        await flight.until(lambda: is_catching_up(flight))
+        looking, scanning = vehicles_of(flight, Group.LOOK), vehicles_of(flight, Group.SCAN)
+        left_m = min(norths_m(flight, scanning)) - max(norths_m(flight, looking))
+        rounds = len(steps_of(flight, Group.SCAN))
+        assert left_m > NEAR_M
+        await flight.until(lambda: flight.mission.phase is Phase.LINE)
+        assert min(norths_m(flight, looking)) > max(norths_m(flight, scanning)) - NEAR_M - 6.0
+        assert len(steps_of(flight, Group.SCAN)) > rounds
+        leg, scanned_m = flight.mission.sortie.search.decider.progress.present_leg, reached_m(flight)
+        await flight.until(lambda: flight.mission.phase is Phase.SCAN)
+        everyone_m = norths_m(flight, looking | scanning)
+        assert everyone_m == pytest.approx([leg.start_enu_m[1] + scanned_m] * 8, abs=1.0)
+        await flight.commands.act(Action.ABORT, None)
+        await run
+
+
+@virtual
+async def test_who_is_held_while_catching_up_goes_on_in_one_line() -> None:
+    flight = split_flight()
+    async with flying(flight) as run:
+        await flight.until(lambda: is_catching_up(flight))
+        await flight.commands.act(Action.HOLD, None)
+        held_m = norths_m(flight, set(range(1, 9)))
+        await flight.clock.sleep(10.0)
+        assert norths_m(flight, set(range(1, 9))) == pytest.approx(held_m, abs=0.01)
+        await flight.commands.act(Action.RESUME, None)
+        assert await run is Outcome.FOUND
+    assert flight.view.snapshot().covered_fraction == 1.0
+
+
+@virtual
+async def test_a_hold_stops_both_groups_and_resumed_the_look_goes_on() -> None:
+    flight = split_flight()
+    async with flying(flight) as run:
+        await flight.until(lambda: is_scanned_on(flight))
+        await flight.commands.act(Action.HOLD, None)
+        held_m = {key: vehicle.position_enu_m() for key, vehicle in flight.fleet.members.items()}
+        await flight.clock.sleep(20.0)
+        for key, vehicle in flight.fleet.members.items():
+            assert vehicle.position_enu_m() == pytest.approx(held_m[key], abs=0.01)
+        looks = len(steps_of(flight, Group.LOOK))
+        await flight.commands.act(Action.RESUME, None)
+        await flight.until(lambda: len(steps_of(flight, Group.LOOK)) > looks)
+        assert await run is Outcome.FOUND
+    assert flight.view.snapshot().covered_fraction == 1.0
+
+
+@virtual
+async def test_a_pause_lets_nobody_scan_on_unseen() -> None:
+    flight = split_flight()
+    async with flying(flight) as run:
+        await flight.until(lambda: is_scanned_on(flight))
+        await flight.commands.act(Action.PAUSE, None)
+        await flight.clock.sleep(6.0)
+        paused_m = {key: vehicle.position_enu_m() for key, vehicle in flight.fleet.members.items()}
+        await flight.clock.sleep(15.0)
+        for key, vehicle in flight.fleet.members.items():
+            assert vehicle.position_enu_m() == pytest.approx(paused_m[key], abs=0.01)
+        await flight.commands.act(Action.RESUME, None)
+        assert await run is Outcome.FOUND
+    assert flight.view.snapshot().covered_fraction == 1.0
+
+
+@virtual
+async def test_a_pause_between_two_phases_of_the_look_stops_those_who_scan() -> None:
+    flight = split_flight()
+    make_step = flight.mission.sortie.handlers[Phase.CONVERGE]
+    paused = list[Phase]()
+
+    async def pause_behind() -> Phase:
+        following = await make_step()
+        if following is Phase.FOUND and not paused:
+            paused.append(following)
+            await flight.commands.act(Action.PAUSE, None)
+        return following
+
+    object.__setattr__(
+        flight.mission.sortie, "handlers", flight.mission.sortie.handlers | {Phase.CONVERGE: pause_behind}
+    )
+    async with flying(flight) as run:
+        await flight.until(lambda: bool(paused))
+        await flight.clock.sleep(6.0)
+        paused_m = norths_m(flight, set(range(1, 9)))
+        await flight.clock.sleep(10.0)
+        assert norths_m(flight, set(range(1, 9))) == pytest.approx(paused_m, abs=0.01)
+        await flight.commands.act(Action.RESUME, None)
+        assert await run is Outcome.FOUND
+
+
+@virtual
+@pytest.mark.parametrize("action", [Action.RETURN, Action.LAND, Action.ABORT])
+async def test_every_end_brings_both_groups_down(action: Action) -> None:
+    flight = split_flight()
+    async with flying(flight) as run, asyncio.TaskGroup() as group:
+        watch = group.create_task(flight.watch_separation())
+        await flight.until(lambda: is_scanned_on(flight))
+        await flight.commands.act(action, None)
+        await run
+        watch.cancel()
+    assert [flight.task(number) for number in range(1, 9)] == [Task.LANDED] * 8
+    assert flight.smallest_m >= UNLIMITED.separation_m
+
+
+@virtual
+async def test_a_vehicle_that_scans_and_is_paused_alone_stops_at_once() -> None:
+    flight = split_flight()
+    async with flying(flight) as run:
+        await flight.until(lambda: is_scanned_on(flight))
+        chosen = min(vehicles_of(flight, Group.SCAN))
+        await flight.commands.act(Action.PAUSE, (chosen,))
+        paused_m = flight.fleet.members[chosen].position_enu_m()
+        await flight.clock.sleep(5.0)
+        assert flight.fleet.members[chosen].position_enu_m() == pytest.approx(paused_m, abs=0.01)
+        await flight.commands.act(Action.ABORT, None)
+        await run
+
+
+def take_over(vehicle: FakeVehicle) -> None:
+    vehicle.fly_to(vehicle.position_enu_m())
+    vehicle.mode, vehicle.taken_over = FlightMode.HOLD, "its mode changed to LOITER"
+
+
+def lose(vehicle: FakeVehicle) -> None:
+    vehicle.silent_since_s = vehicle.clock.now_s()
+
+
+def drain(vehicle: FakeVehicle) -> None:
+    vehicle.battery_fraction = 0.1
+
+
+@virtual
+@pytest.mark.parametrize("strike", [take_over, lose, drain])
+async def test_both_groups_go_on_without_vehicles_that_leave(strike: Callable[[FakeVehicle], None]) -> None:
+    flight = split_flight(9)
+    async with flying(flight) as run, asyncio.TaskGroup() as group:
+        watch = group.create_task(flight.watch_separation())
+        await flight.until(lambda: is_scanned_on(flight))
+        struck = [min(vehicles_of(flight, one)) for one in Group]
+        for number in struck:
+            strike(flight.fleet.members[number])
+        commands = {number: len(flight.fleet.members[number].commands) for number in struck}
+        await flight.until(lambda: flight.mission.phase is Phase.RETURN)
+        for number in struck:
+            vehicle = flight.fleet.members[number]
+            if strike is not drain:
+                assert not any(isinstance(command, Goto) for command in vehicle.commands[commands[number] :])
+                vehicle.silent_since_s = None
+                vehicle.reclaim()
+                await flight.commands.act(Action.LAND, (number,))
+        assert await run is Outcome.FOUND
+        watch.cancel()
+    assert any("the whole area was scanned" in text for text in flight.texts())
+    assert flight.smallest_m >= UNLIMITED.separation_m
+
+
+@virtual
+async def test_with_too_few_left_to_look_all_look_and_the_leg_goes_on_where_the_look_began() -> None:
+    flight = split_flight(search=SearchSettings(split=True, look_vehicles=2))
+    async with flying(flight) as run:
+        await flight.until(lambda: is_scanned_on(flight))
+        decider = flight.mission.sortie.search.decider
+        split, scanned_m = decider.split, reached_m(flight)
+        assert split is not None
+        drain(flight.fleet.members[min(split.look_ids)])
+        await flight.until(lambda: decider.split is not split)
+        assert reached_m(flight) == split.began_m < scanned_m
+        assert await run is Outcome.FOUND
+    assert flight.view.snapshot().covered_fraction == 1.0
+
+
+@virtual
+async def test_where_something_else_is_in_view_the_others_wait_and_the_line_forms_there(tmp_path: Path) -> None:
+    flight = split_flight()
+    for vehicle in flight.fleet.members.values():
+        vehicle.others = ((-4.0, 80.0, 24.0),)
+    async with flying(flight) as run:
+        assert await run is Outcome.FOUND
+    assert waits(flight)[0].startswith("something is in view at -4.")
+    assert any(text.startswith("Finding 2 at -3.9 m east, 79.7 m north") for text in flight.texts())
+    assert any("the whole area was scanned" in text for text in flight.texts())
+    write_search(tmp_path / "mission", flight.recorder)
+    with MissionReader(tmp_path / "mission") as reader:
+        assert verify_mission(reader).difference is None
+
+
+@virtual
+async def test_at_the_end_of_the_leg_the_others_wait_and_the_search_ends_with_the_look() -> None:
+    short = (*AREA[:2], (15.0, 62.0), (-15.0, 62.0))
+    flight = split_flight(area_enu_m=short)
+    async with flying(flight) as run:
+        assert await run is Outcome.FOUND
+    assert waits(flight) == ["they are at the end of the leg"]
+    following = [record.following for _, record in sorted(flight.recorder.conclusions.items())]
+    assert following[-1] is Phase.RETURN
+    assert "Scan complete: the whole area was scanned, 1 possible person was found" in flight.texts()
+    assert flight.view.snapshot().covered_fraction == 1.0
+
+
+def test_where_the_leg_ends_while_the_look_catches_up_the_next_one_begins(tmp_path: Path) -> None:
+    wide = ((-32.0, 10.0), (32.0, 10.0), (32.0, 95.0), (-32.0, 95.0))
+
+    async def fly() -> Flight:
+        flight = split_flight(target=(-16.0, 40.0), area_enu_m=wide)
+        async with flying(flight) as run:
+            await flight.until(lambda: is_catching_up(flight))
+            leg = flight.mission.sortie.search.decider.progress.leg
+            await flight.until(lambda: flight.mission.phase is Phase.LINE)
+            assert flight.mission.sortie.search.decider.progress.leg == leg + 1
+            assert await run is Outcome.FOUND
+        write_search(tmp_path / "mission", flight.recorder)
+        return flight
+
+    flight = run_virtually(fly())
+    assert waits(flight) == ["they are at the end of the leg"]
+    assert flight.view.snapshot().covered_fraction == 1.0
+    with MissionReader(tmp_path / "mission") as reader:
+        assert verify_mission(reader) == Verification(len(flight.recorder.steps), None)
+
+
+@virtual
+async def test_before_a_zone_the_others_wait() -> None:
+    zone = ((-30.0, 48.0), (30.0, 48.0), (30.0, 54.0), (-30.0, 54.0))
+    very_long = replace(LONG_LOOK, hold_steps=30)
+    flight = split_flight(safety=SafetyOverrides(no_go_enu_m=(zone,), margin_m=1.0), detection=very_long)
+    async with flying(flight) as run, asyncio.TaskGroup() as group:
+        watch = group.create_task(flight.watch_separation())
+        assert await run is Outcome.FOUND
+        watch.cancel()
+    assert waits(flight) == ["the line cannot sweep on"]
+    assert flight.smallest_m >= UNLIMITED.separation_m
+
+
+@virtual
+async def test_without_frames_the_others_wait() -> None:
+    flight = split_flight()
+    async with flying(flight) as run:
+        await flight.until(lambda: is_scanned_on(flight))
+        scanning = vehicles_of(flight, Group.SCAN)
+        for number in scanning:
+            flight.fleet.members[number].camera_works = False
+        await flight.until(lambda: bool(waits(flight)))
+        for number in scanning:
+            flight.fleet.members[number].camera_works = True
+        assert await run is Outcome.FOUND
+    assert waits(flight)[0].startswith("no frames (")
+    assert flight.view.snapshot().covered_fraction == 1.0
+
+
+@virtual
+async def test_a_look_without_frames_ends_the_search_in_words_and_brings_both_groups_home() -> None:
+    flight = split_flight()
+    async with flying(flight) as run:
+        await flight.until(lambda: is_scanned_on(flight))
+        for number in vehicles_of(flight, Group.LOOK):
+            flight.fleet.members[number].camera_works = False
+        await run
+    assert any(text.startswith("No camera delivered a usable frame in 3 steps") for text in flight.texts())
+    assert [flight.task(number) for number in range(1, 9)] == [Task.LANDED] * 8
+
+
+@virtual
+@pytest.mark.parametrize(
+    ("n", "search", "text"),
+    [
+        (7, SearchSettings(split=True), None),
+        (8, SearchSettings(SearchMode.STOPS, split=True), None),
+        (
+            8,
+            SearchSettings(split=True, line_spacing_m=9.0),
+            "All vehicles look closely: the others would be 32 m apart",
+        ),
+    ],
+    ids=["few", "stops", "wide"],
+)
+async def test_where_others_cannot_cover_the_strip_all_look(n: int, search: SearchSettings, text: str | None) -> None:
+    short = (*AREA[:2], (15.0, 50.0), (-15.0, 50.0))
+    flight = split_flight(n, search=search, area_enu_m=short, detection=replace(LONG_LOOK, hold_steps=1))
+    async with flying(flight) as run:
+        assert await run is Outcome.FOUND
+    assert {one.group for one in flight.recorder.decisions.values()} == {None}
+    assert text is None or any(one.startswith(text) for one in flight.texts())

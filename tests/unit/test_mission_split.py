@@ -1,0 +1,159 @@
+"""Who looks closely and who scans on, what stops those who scan, and what is flown again after the look."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import pytest
+
+from aos_gcs.airspace.limits import UNLIMITED
+from aos_gcs.airspace.plans import TrafficSituation
+from aos_gcs.errors import ConfigurationError
+from aos_gcs.imaging.step.settings import ImagingSettings
+from aos_gcs.mission.model.decisions import Situation, SwarmPlace
+from aos_gcs.mission.search.progress import ScanProgress
+from aos_gcs.mission.search.split import Split, begin_split, places_of_both
+from aos_gcs.planning.legs import ScanLeg
+from aos_gcs.planning.settings import MissionSettings, SearchMode, SearchSettings
+from aos_gcs.ports import Severity
+from tests.fakes.target_sightings import analysis, seen
+
+LINE_M = 4.2
+TARGET = (10.0, 20.0, 0.0)
+AREA = ((-30.0, 0.0), (30.0, 0.0), (30.0, 200.0), (-30.0, 200.0))
+
+
+@dataclass
+class Heard:
+    """Journal that keeps its notices."""
+
+    notices: list[str] = field(default_factory=list)
+
+    def elapsed_s(self) -> float:
+        return 0.0
+
+    def notice(self, severity: Severity, text: str, *_: object) -> None:
+        assert severity is Severity.INFO
+        self.notices.append(text)
+
+
+def settings(n: int, **search: object) -> MissionSettings:
+    chosen = SearchSettings(**({"split": True} | search))
+    return MissionSettings(vehicles=n, area_enu_m=AREA, imaging=ImagingSettings(), search=chosen)
+
+
+def in_line(n: int) -> Situation:
+    """Vehicles 1, 2, … from west to east about the origin."""
+    places = [
+        SwarmPlace(one + 1, ((one - (n - 1) / 2) * LINE_M, 20.0, 35.0 + 2 * one), 35.0 + 2 * one) for one in range(n)
+    ]
+    return Situation(0.0, tuple(places), TrafficSituation(limits=UNLIMITED, arrival_radius_m=0.5))
+
+
+def begun(n: int, journal: Heard | None = None, leader_id: int | None = None, **search: object) -> Split | None:
+    line_m = float(search.get("line_spacing_m", LINE_M))  # type: ignore[arg-type]
+    return begin_split(
+        settings(n, **search),
+        in_line(n),
+        TARGET,
+        leader_id,
+        line_m=line_m,
+        began_m=20.0,
+        journal=journal or Heard(),
+    )
+
+
+def test_the_nearest_look_and_the_leader_among_them() -> None:
+    split, led = begun(10), begun(10, leader_id=1)
+    assert split is not None
+    assert led is not None
+    assert split.look_ids == {6, 7, 8, 9, 10}
+    assert led.look_ids == {1, 6, 7, 8, 9}
+
+
+def test_the_others_form_a_line_as_wide_as_that_of_all_where_the_leg_was_left() -> None:
+    split, progress = begun(10), ScanProgress(0.5)
+    assert split is not None
+    progress.plan([ScanLeg((0.0, 0.0), (0.0, 1.0), 200.0)])
+    progress.advance(np.array([0.0, 20.0]))
+    looking_m = np.full((5, 2), 7.0)
+    places_m = places_of_both(split, progress, in_line(10), looking_m)
+    assert places_m[5:] == pytest.approx(looking_m)
+    assert places_m[:5, 1] == pytest.approx([20.0] * 5)
+    assert np.sort(places_m[:5, 0]) == pytest.approx(np.linspace(-4.5, 4.5, 5) * LINE_M)
+
+
+@pytest.mark.parametrize(
+    ("n", "search"),
+    [(7, {}), (8, {"mode": SearchMode.STOPS}), (10, {"split": False}), (10, {"look_vehicles": 8})],
+)
+def test_with_too_few_or_without_a_sweep_all_look(n: int, search: dict[str, object]) -> None:
+    assert begun(n, **search) is None
+
+
+def test_no_line_is_wider_than_its_cameras_see() -> None:
+    heard = Heard()
+    assert begun(10, heard, line_spacing_m=12.0) is not None
+    assert begun(10, heard, line_spacing_m=14.0) is None
+    assert heard.notices[-1] == (
+        "All vehicles look closely: the others would be 32 m apart in the line, too far to see all"
+    )
+
+
+def look(split: Split, others: Sequence[tuple[float, float]] = ()) -> None:
+    step = analysis(seen(*TARGET[:2]), *(seen(*place) for place in others))
+    split.note_look(step, [TARGET[:2]], [(0.0, 0.0)])
+
+
+def test_what_is_looked_at_and_what_is_settled_do_not_stop_those_who_scan() -> None:
+    split = begun(10)
+    assert split is not None
+    look(split)
+    split.note_look(analysis(), [(11.0, 21.0)], [(0.0, 0.0), (5.0, 5.0)])
+    assert split.passed_enu_m == ((0.0, 0.0), (5.0, 5.0), (10.0, 20.0), (11.0, 21.0))
+
+
+def test_what_else_the_look_sees_is_not_passed_by() -> None:
+    split = begun(10)
+    assert split is not None
+    look(split, [(12.0, 21.0)])
+    assert not split.leaves_something([])
+    look(split, [(18.0, 20.0)])
+    assert split.leaves_something([TARGET[:2]])
+    assert not split.leaves_something([TARGET[:2], (17.0, 20.0)])
+
+
+@pytest.mark.parametrize(
+    ("step", "reason"),
+    [
+        (analysis(seen(4.0, 60.0, area_m2=0.06)), "something is in view at 4.0 m east, 60.0 m north"),
+        (analysis(), "the line cannot sweep on"),
+    ],
+)
+def test_those_who_scan_stop_once_for_good_and_say_why(step: object, reason: str) -> None:
+    heard, progress = Heard(), ScanProgress(0.5)
+    split = begun(10, heard)
+    assert split is not None
+    progress.plan([ScanLeg((0.0, 0.0), (0.0, 1.0), 200.0)])
+    for _ in range(2):
+        assert not split.scan_on(progress, in_line(10), step, lambda _: ())  # type: ignore[arg-type]
+        assert split.is_over
+    assert heard.notices[1:] == [f"The vehicles that scan on stop and wait for the close look: {reason}"]
+
+
+def test_something_settled_or_small_does_not_stop_them() -> None:
+    heard, progress = Heard(), ScanProgress(0.5)
+    split = begun(10, heard)
+    assert split is not None
+    progress.plan([ScanLeg((0.0, 0.0), (0.0, 1.0), 200.0)])
+    step = analysis(seen(4.0, 60.0, area_m2=0.04), replace(seen(8.0, 60.0), settled=True))
+    split.scan_on(progress, in_line(10), step, lambda _: ())
+    assert "in view" not in heard.notices[-1]
+
+
+@pytest.mark.parametrize("looking", [1, 101])
+def test_a_look_of_one_or_of_too_many_is_refused(looking: int) -> None:
+    with pytest.raises(ConfigurationError, match="look_vehicles must lie within 2 and 100"):
+        SearchSettings(split=True, look_vehicles=looking)
