@@ -268,3 +268,37 @@ def test_a_text_reports_a_failsafe_until_the_next_heartbeat() -> None:
     assert control.failsafe == "reported"
     watch("GUIDED", start_s=1.0, control=control)
     assert control.failsafe == ""
+
+
+def answer(command: int, result: int = mavlink.MAV_RESULT_ACCEPTED) -> mavlink.MAVLink_command_ack_message:
+    return mavlink.MAVLink_command_ack_message(command, result, target_system=255, target_component=190)
+
+
+def test_who_accepts_a_command_of_another_station_to_fly_is_taken_over_at_once() -> None:
+    """PX4 stopped for another station, and our next waypoint was due before it had reported its target twice."""
+    control = flying_to_here()
+    control.hear_answer_to_another(answer(mavlink.MAV_CMD_DO_REPOSITION))
+    assert (control.reason, control.has_pilot) == ("it follows a command of station 255", True)
+    control.reclaim()
+    assert not control.reason
+
+
+@pytest.mark.parametrize(
+    ("command", "result"),
+    [
+        (mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, mavlink.MAV_RESULT_ACCEPTED),
+        (mavlink.MAV_CMD_IMAGE_START_CAPTURE, mavlink.MAV_RESULT_ACCEPTED),
+        (mavlink.MAV_CMD_DO_REPOSITION, mavlink.MAV_RESULT_DENIED),
+    ],
+)
+def test_other_answers_to_another_station_are_no_take_over(command: int, result: int) -> None:
+    control = flying_to_here()
+    control.hear_answer_to_another(answer(command, result))
+    assert not control.reason
+
+
+def test_on_the_ground_a_command_of_another_station_is_no_take_over() -> None:
+    control = ControlWatch()
+    control.take_heartbeat("GUIDED", heartbeat(armed=False), OURS, 0.0)
+    control.hear_answer_to_another(answer(mavlink.MAV_CMD_DO_SET_MODE))
+    assert not control.reason

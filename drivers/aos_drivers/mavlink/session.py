@@ -290,9 +290,13 @@ class MavlinkSession:
 
     def _on_ack(self, record: VehicleRecord, ack: mavlink.MAVLink_command_ack_message, now_s: float) -> None:
         # 0 means "not given", as MAVLink 1 has no target in its acknowledgements.
-        if ack.target_system not in (0, self._system_id) or ack.target_component not in (0, OUR_COMPONENT_ID):
-            return
         source = (ack.get_srcSystem(), ack.get_srcComponent())
+        if ack.target_system not in (0, self._system_id):
+            if source[1] == record.target.component_id:
+                record.control.hear_answer_to_another(ack)
+            return
+        if ack.target_component not in (0, OUR_COMPONENT_ID):
+            return
         for transaction in record.transactions:
             transaction.on_ack(ack, source, now_s)
         if ack.command == mavlink.MAV_CMD_SET_MESSAGE_INTERVAL and source[1] == record.target.component_id:

@@ -100,7 +100,11 @@ class MavsdkFleet:
         record.streams.on_message(message.get_msgId())
         for exchange in record.exchanges:
             exchange.on_message(message)
-        if message.get_msgId() == mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT:
+        if message.get_msgId() == mavlink.MAVLINK_MSG_ID_COMMAND_ACK:
+            # MAVSDK keeps to itself what is addressed to others.
+            if message.target_system not in (0, self._context.system_id):
+                record.control.hear_answer_to_another(message)
+        elif message.get_msgId() == mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT:
             if record.identity.hear_boot_time(peer, message.time_boot_ms, now_s):
                 record.restart()
                 self._context.notify(Notice(Severity.WARNING, "has restarted", record.vehicle_id))

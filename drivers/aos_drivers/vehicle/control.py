@@ -38,6 +38,22 @@ _UNANSWERED_BEATS = 4
 """Further heartbeats without one after which the vehicle has none."""
 _BEAT_S = 0.8
 """Least time between two heartbeats that are counted: those from a queue come at once."""
+_FLYING = frozenset(
+    {
+        mavlink.MAV_CMD_NAV_LOITER_UNLIM,
+        mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH,
+        mavlink.MAV_CMD_NAV_LAND,
+        mavlink.MAV_CMD_NAV_TAKEOFF,
+        mavlink.MAV_CMD_DO_FOLLOW,
+        mavlink.MAV_CMD_DO_ORBIT,
+        mavlink.MAV_CMD_DO_SET_MODE,
+        mavlink.MAV_CMD_DO_REPOSITION,
+        mavlink.MAV_CMD_DO_PAUSE_CONTINUE,
+        mavlink.MAV_CMD_OVERRIDE_GOTO,
+        mavlink.MAV_CMD_MISSION_START,
+    }
+)
+"""Commands that lead a vehicle elsewhere, or stop it."""
 _FAILSAFES: Mapping[int, str] = MappingProxyType(
     {
         mavlink.MAV_STATE_CRITICAL: "critical",
@@ -120,6 +136,14 @@ class ControlWatch:
         self._former = tuple(each for each in former if each is not None)[-_FORMER_TARGETS:]
         self._forget_target()
         self._commanded = target
+
+    def hear_answer_to_another(self, ack: mavlink.MAVLink_command_ack_message) -> None:
+        """Judge an answer of the autopilot to another station: that it flies by a command of that one.
+
+        The next waypoint may be due before a target is reported twice: in a sweep, there is one every half second.
+        """
+        if self._is_armed and ack.command in _FLYING and ack.result == mavlink.MAV_RESULT_ACCEPTED:
+            self._take_over(f"it follows a command of station {ack.target_system}", has_pilot=True)
 
     def take_answer(self, now_s: float, *, is_accepted: bool) -> None:
         """Note the vehicle's latest answer to the newest command; once it is accepted, older modes soon end."""
