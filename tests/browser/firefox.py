@@ -92,7 +92,10 @@ class Firefox:
 
     async def press(self, test_id: str, *, hold: str | None = None) -> None:
         """Click an element with the mouse, or keep the button pressed until an expression is true."""
-        await self.until(f"{_element(test_id)} && !{_element(test_id)}.disabled")
+        # A window is in the document a moment before it is shown: without a box, the press would go to the corner.
+        await self.until(
+            f"{_element(test_id)} && !{_element(test_id)}.disabled && {_element(test_id)}.getClientRects().length"
+        )
         point = await self.evaluate(
             f"(() => {{ const e = {_element(test_id)}; e.scrollIntoView({{block: 'nearest'}});"
             " const b = e.getBoundingClientRect();"

@@ -70,7 +70,7 @@ def test_vehicles_without_corrections_take_off_and_keep_apart(tmp_path: Path) ->
         (("--launch-spacing", "nan"), "--launch-spacing must lie within 1 and 20"),
         (("--conditions", "hail"), "conditions must be one of"),
         (("--vehicles", "0"), "vehicles must lie within 1 and 100"),
-        (("--search", "hovering"), "--search must be one of continuous, stops, got 'hovering'"),
+        (("--search", "hovering"), "--search must be one of continuous, stops, split, got 'hovering'"),
         (("--missions", "0", "--no-person", "0"), "--seed, --missions and --no-person"),
         (("--jobs", "0"), "jobs must lie within 1 and 256"),
         (("--reference", "nowhere"), "--reference nowhere holds no study of missions"),
