@@ -7,7 +7,7 @@ import type { AttachedLayer, MapLayer, Overlay, Scene } from "../layer";
 
 type Corners = [LngLat, LngLat, LngLat, LngLat];
 
-/** Time after which an image that has not arrived gives way to a newer one. */
+/** Time after which an image that has not arrived is replaced by a newer one. */
 const PATIENCE_MS = 20_000;
 
 export const pictureLayer: MapLayer = imageLayer("picture", ({ overlay }) => overlay);
