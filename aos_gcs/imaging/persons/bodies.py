@@ -40,6 +40,8 @@ def find_bodies(
     uncertainty: Uncertainty,
     wanted_enu_m: Sequence[NDArray[np.float64]] = (),
     ground: Terrain | None = None,
+    *,
+    linked: Sequence[tuple[WarmView, ...]] | None = None,
 ) -> tuple[Body, ...]:
     """Return the warm bodies that frames show: those at wanted places, then the ones with the most pixels.
 
@@ -49,8 +51,10 @@ def find_bodies(
         uncertainty: of the poses, the ground and the bodies.
         wanted_enu_m: places, shape (2,), whose bodies are found however many larger ones there are.
         ground: the ground in view that bodies are on, where it is known.
+        linked: the views' bodies (:func:`~aos_gcs.imaging.persons.warm_bodies.warm_bodies`), where the caller has them.
     """
-    bodies = _within_limit(sorted(warm_bodies(views), key=lambda body: not _is_at_any(body, wanted_enu_m)))
+    linked = warm_bodies(views) if linked is None else linked
+    bodies = _within_limit(sorted(linked, key=lambda body: not _is_at_any(body, wanted_enu_m)))
     lines = [[view.as_blob_view() for view in body] for body in bodies]
     places = locate_together(lines, plane_height_m, uncertainty, ground=ground)
     return tuple(

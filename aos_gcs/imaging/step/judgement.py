@@ -21,6 +21,7 @@ from aos_gcs.imaging.model import (
     Sighting,
     VehicleMasks,
 )
+from aos_gcs.imaging.persons.warm_bodies import LINK_M
 from aos_gcs.imaging.step.agreement import agreeing_frames
 from aos_gcs.imaging.step.blobs import BlobCells, find_blobs, joined
 from aos_gcs.imaging.step.history import MarkedView, marks_on, views_to_keep
@@ -41,9 +42,6 @@ SETTLED_M = 2.0
 SETTLED_BY_FEW_M = 3.0
 """The same for a blob that fewer than ``FEW`` vehicles mark: their errors do not average out."""
 FEW = 3
-SUSPECTED_M = 1.5
-"""Distance from a suspected place within which blobs are pieces of what is there, as far as warm spots of one body
-lie apart."""
 _MOST_WEIGHED = 64
 """Largest number of blobs that are looked at for frames that agree."""
 
@@ -138,7 +136,7 @@ def _suspected(
     """
     suspected, others = list[BlobCells](), list(blobs)
     for place_enu_m in places_enu_m:
-        near = [cells for cells in others if math.dist(cells.centroid_enu_m(grid)[:2], place_enu_m) <= SUSPECTED_M]
+        near = [cells for cells in others if math.dist(cells.centroid_enu_m(grid)[:2], place_enu_m) <= LINK_M]
         if near:
             suspected.append(joined(near))
             others = [cells for cells in others if cells not in near]

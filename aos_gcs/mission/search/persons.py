@@ -85,11 +85,14 @@ class PersonWatch:
         plane_height_m: float,
         uncertainty: Uncertainty,
         ground: Terrain | None = None,
+        *,
+        linked: Sequence[tuple[WarmView, ...]] | None = None,
     ) -> dict[int, Judgement]:
         """Return what the targets at places, shape (2,), are taken for, by the same keys.
 
         The warm body nearest to a place is the target's, where it is near enough. A place that no frame holds has no
-        result. Frames without temperatures decide where none of the latest steps has any that tell them.
+        result. Frames without temperatures decide where none of the latest steps has any that tell them. ``linked`` are
+        the bodies of the views that tell temperatures, where the caller has them.
         """
         if not places_enu_m:
             return {}
@@ -101,15 +104,19 @@ class PersonWatch:
                 (key, _spot(place, views, plane_height_m, uncertainty, ground)) for key, place in places_enu_m.items()
             )
             return {key: judgement for key, judgement in spots if judgement is not None}
-        views = [view for view in views if view.radiometric]
-        bodies = find_bodies(views, plane_height_m, uncertainty, list(places_enu_m.values()), ground)
+        views = self.radiometric_views()
+        bodies = find_bodies(views, plane_height_m, uncertainty, list(places_enu_m.values()), ground, linked=linked)
         judged = ((key, _judged(place, bodies, views, plane_height_m)) for key, place in places_enu_m.items())
         return {key: judgement for key, judgement in judged if judgement is not None}
 
-    def suspect(self) -> PersonWatch:
-        """Return the watch with the warm bodies that may be persons noted."""
-        views = [view for step in self.steps for view in step if view.radiometric]
-        bodies = (body for body in warm_bodies(views) if vantage_points(body, views) >= MIN_VEHICLES)
+    def radiometric_views(self) -> list[WarmView]:
+        """Return the views of all steps that tell temperatures."""
+        return [view for step in self.steps for view in step if view.radiometric]
+
+    def suspect(self, linked: Sequence[tuple[WarmView, ...]]) -> PersonWatch:
+        """Return the watch with those noted of its bodies that may be persons."""
+        views = self.radiometric_views()
+        bodies = (body for body in linked if vantage_points(body, views) >= MIN_VEHICLES)
         suspects = (body for body in bodies if _is_suspect(gather_evidence(body, views, self.plane_height_m)))
         return replace(self, suspects_enu_m=tuple(map(_middle, suspects)))
 
@@ -157,9 +164,10 @@ def watch_persons(
 ) -> tuple[PersonWatch, dict[int, Judgement]]:
     """Return the watch after a step, and its judgement of targets at places on the ground, where that is known."""
     after = watch.look(frames, plane_height_m)
-    judgements = after.judge(places_enu_m, plane_height_m, uncertainty, ground)
+    linked = warm_bodies(after.radiometric_views())
+    judgements = after.judge(places_enu_m, plane_height_m, uncertainty, ground, linked=linked)
     located, judgements = after.locate(judgements, plane_height_m, uncertainty, ground)
-    return located.suspect(), judgements
+    return located.suspect(linked), judgements
 
 
 def _is_suspect(evidence: Evidence) -> bool:
