@@ -1,5 +1,9 @@
 """The one decision: what something is that a swarm has seen, how probably a person, and why.
 
+It rests on two things: how warm a body is, by a model of the day's temperatures (:mod:`classifier
+<aos_gcs.imaging.persons.classifier>`), and its size and pattern of warmth, which are the same on any day (:mod:`kinds
+<aos_gcs.imaging.persons.kinds>`). The more frames tell the latter, the less the former counts.
+
 Missions, their findings and notices, the score of simulated missions, and the study of effectiveness all call
 :func:`decide` on :class:`~aos_gcs.imaging.persons.evidence.Evidence`; none has a rule of its own. What is
 looked at again and again is decided by :func:`pooled`.
@@ -16,6 +20,8 @@ import scipy
 
 from aos_gcs.imaging.persons.classifier import MAX_CONTRAST_K, MIN_VEHICLES, PersonModel, person_confidence
 from aos_gcs.imaging.persons.evidence import Evidence
+from aos_gcs.imaging.persons.form import Form
+from aos_gcs.imaging.persons.kinds import log_ratio
 
 DECISION = 0.5
 """Probability from which a body counts as a person."""
@@ -44,6 +50,13 @@ HIDDEN_SHARE = 0.3
 """Share of looks at other persons in which leaves hide all skin: 8 of 27 in simulated forests, 300 to 500 trees/ha."""
 FRESH_LOOKS = 3
 """Looks of which the first and the last have no frame in common: each rests on those of three steps."""
+FORM_TOLD = 20
+"""Frames from which on a form is told, so that a person may be announced by it. Fewer count less: frames that show a
+part of an animal each may make it a person's."""
+_WARMTH_BESIDE_FORM = 0.55
+"""What temperatures count for where the form is told: the day may be some kelvin warmer than the model's."""
+_TOLD_HEIGHT_M2 = 0.05
+"""Standard deviation of the variance of heights up to which a height is told: 0.4 m of a standing person's."""
 _SUREST_LOG_ODDS = 5.0
 """Log-odds above which, on either side, one of several looks counts no more: none outweighs all the others."""
 _FUR_SPREAD_K = 2.5
@@ -88,6 +101,8 @@ class Verdict:
     too cool for a person, when it may have been as warm as one."""
     is_uniform: bool = False
     """Whether it is equally warm all over, as a stone is, so that no skin shows."""
+    by_warmth: float | None = None
+    """Probability by temperatures alone; None where it is the same."""
 
 
 def decide(evidence: Evidence, model: PersonModel | None = None) -> Verdict:
@@ -101,7 +116,9 @@ def decide(evidence: Evidence, model: PersonModel | None = None) -> Verdict:
     if evidence.views == 0:
         reason = f"not warmer than its surroundings in {evidence.frames} frames"
         return Verdict(FindingKind.OBJECT, 0.0, (reason,), is_surely_other=evidence.swarm >= ENOUGH)
-    probability = person_confidence(evidence, model)
+    by_warmth = person_confidence(evidence, model)
+    is_judged_by_form = evidence.form is not None and by_warmth > 0.0
+    probability = _with_form(_log_odds(by_warmth), evidence.form) if is_judged_by_form else by_warmth
     share = evidence.vehicles / max(evidence.swarm, evidence.vehicles)
     may_be_more = evidence.is_smeared and evidence.contrast_peak_k >= SMEARED_PERSON_K
     is_seen_by_most = share >= MOST and evidence.vehicles >= ENOUGH
@@ -114,10 +131,11 @@ def decide(evidence: Evidence, model: PersonModel | None = None) -> Verdict:
         is_thorough=is_surely_other and evidence.views >= max(THOROUGH_FRAMES, MOST * evidence.frames),
         is_evidence=evidence.vehicles >= MIN_VEHICLES and not (may_be_more and probability < DECISION),
         is_uniform=evidence.contrast_peak_k - evidence.contrast_median_k < _FUR_SPREAD_K,
+        by_warmth=by_warmth,
     )
 
 
-def pooled(verdicts: Sequence[Verdict]) -> Verdict:
+def pooled(verdicts: Sequence[Verdict], form: Form | None = None) -> Verdict:
     """Return the decision about a body that was looked at several times, at least once; the latest verdict is the last.
 
     Its probability is that of the mean of the log-odds: a look that leaves spoil neither makes nor breaks a person.
@@ -125,16 +143,22 @@ def pooled(verdicts: Sequence[Verdict]) -> Verdict:
     hardly in all of them, and a stone in the sun is as warm as clothes in each. Below :data:`TOGETHER` it is what the
     latest look that sees something else takes it for, or undecided where none does. Without temperatures, and where no
     look is evidence, the latest one decides.
+
+    Args:
+        verdicts: of the looks.
+        form: size and pattern of warmth by all looks; None where too few frames tell it.
     """
     latest, looks = verdicts[-1], telling(verdicts)
     if latest.probability is None or not looks:
         return latest
-    log_odds = sum(_log_odds(one.probability or 0.0) for one in looks) / len(looks)
-    probability = float(scipy.special.expit(log_odds + _log_ratio_without_skin(looks)))
+    log_odds = sum(_log_odds(_by_warmth(one)) for one in looks) / len(looks)
+    probability = _with_form(log_odds, form, _log_ratio_without_skin(looks))
     is_person = probability >= TOGETHER
     decisive = [one for one in looks if (one.kind is FindingKind.PERSON) is is_person]
-    verdict = decisive[-1] if decisive else replace(looks[-1], kind=FindingKind.UNDECIDED)
-    return replace(verdict, probability=probability, is_surely_other=latest.is_surely_other, is_thorough=False)
+    otherwise = FindingKind.PERSON if is_person else FindingKind.UNDECIDED
+    verdict = decisive[-1] if decisive else replace(looks[-1], kind=otherwise)
+    is_surely_other = latest.is_surely_other and (form is None or probability <= SURELY_OTHER)
+    return replace(verdict, probability=probability, is_surely_other=is_surely_other, is_thorough=False)
 
 
 def telling(verdicts: Sequence[Verdict]) -> list[Verdict]:
@@ -147,6 +171,20 @@ def _log_ratio_without_skin(looks: Sequence[Verdict]) -> float:
     if not all(one.is_uniform for one in looks):
         return 0.0
     return math.log(COVERED_SHARE + (1.0 - COVERED_SHARE) * HIDDEN_SHARE ** ((len(looks) - 1) / FRESH_LOOKS))
+
+
+def _by_warmth(verdict: Verdict) -> float:
+    by_warmth = verdict.probability if verdict.by_warmth is None else verdict.by_warmth
+    return by_warmth or 0.0
+
+
+def _with_form(log_odds: float, form: Form | None, log_ratio_without_skin: float = 0.0) -> float:
+    """Return the probability by temperatures and, where it is known, form, which says itself whether skin shows."""
+    if form is None:
+        return float(scipy.special.expit(log_odds + log_ratio_without_skin))
+    told = min(form.views / FORM_TOLD, 1.0)
+    by_warmth = (1.0 - (1.0 - _WARMTH_BESIDE_FORM) * told) * log_odds + (1.0 - told) * log_ratio_without_skin
+    return float(scipy.special.expit(by_warmth + told * log_ratio(form)))
 
 
 def _log_odds(probability: float) -> float:
@@ -191,7 +229,19 @@ def _reasons(evidence: Evidence) -> tuple[str, ...]:
     return (
         f"{evidence.contrast_median_k:.0f} K warmer than its surroundings, {peak_k:.0f} K at its warmest{limit}",
         _seen_by(evidence),
-        f"{evidence.area_m2:.2f} m² visible, {evidence.extent_m:.1f} m long",
+        _size(evidence),
+    )
+
+
+def _size(evidence: Evidence) -> str:
+    if evidence.form is None:
+        return f"{evidence.area_m2:.2f} m² visible, {evidence.extent_m:.1f} m long"
+    area_m2, form = evidence.area_m2, evidence.form
+    if form.heights_sigma_m2 > _TOLD_HEIGHT_M2:
+        return f"{area_m2:.2f} m² visible, {form.length_m:.1f} by {form.width_m:.1f} m seen from above"
+    return (
+        f"{area_m2:.2f} m² visible, {form.length_m:.1f} by {form.width_m:.1f} m seen from above, "
+        f"{form.height_m:.1f} m high"
     )
 
 

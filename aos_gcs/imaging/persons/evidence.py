@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.geometry.projection import project_points
+from aos_gcs.imaging.persons.form import Form, form_sums
 from aos_gcs.imaging.persons.warm_bodies import WarmView
 
 APART_M = 2.0
@@ -43,6 +44,8 @@ class Evidence:
     """Density of pixels that stand out at the place, as a multiple of that around it; without temperatures only."""
     is_smeared: bool = False
     """Whether its contrasts are those that cameras see in flight: at most what they are."""
+    form: Form | None = None
+    """Its size and pattern of warmth; None where too few frames show enough of it."""
 
 
 NO_TEMPERATURES = Evidence(0, 0, 0.0, 0.0, 0.0, 0.0, radiometric=False)
@@ -75,6 +78,7 @@ def gather_evidence(body: Sequence[WarmView], among: Sequence[WarmView] = (), pl
         frames=len(looking),
         swarm=vantage_points(looking, among),
         is_smeared=not is_sharp,
+        form=form_sums(body, plane_height_m).form(),
     )
 
 

@@ -15,7 +15,6 @@ from aos_gcs.imaging.persons.classifier import (
     PersonModel,
     default_model,
     fit_person_model,
-    person_confidence,
 )
 from aos_gcs.imaging.persons.decision import FindingKind
 from aos_gcs.imaging.persons.decision import decide as decide_body
@@ -179,7 +178,7 @@ def calibration_error(results: Iterable[SceneResult], grade: PositionGrade, mode
     labels = np.array(is_person, dtype=np.float64)
     share = model.odds / (1.0 + model.odds)
     weights = np.where(labels == 1.0, share / persons, (1.0 - share) / (len(labels) - persons))
-    probabilities = np.array([person_confidence(one, model) for one in evidence])
+    probabilities = np.array([decide_body(one, model).probability for one in evidence])
     bins = np.minimum((probabilities * _CALIBRATION_BINS).astype(np.intp), _CALIBRATION_BINS - 1)
     return float(np.abs(np.bincount(bins, weights * (probabilities - labels))).sum())
 

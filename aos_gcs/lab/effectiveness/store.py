@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from aos_gcs.imaging.persons.evidence import Evidence
+from aos_gcs.imaging.persons.form import Form
 from aos_gcs.lab.effectiveness.report import SceneDecision
 from aos_gcs.lab.effectiveness.study import Anomaly, SceneKey, SceneResult, StudySettings, WarmBody
 from aos_gcs.lab.scenes import Body, PositionGrade
@@ -65,7 +66,7 @@ def missing(keys: Iterable[SceneKey], results: Iterable[SceneResult]) -> list[Sc
 def _parse(table: dict[str, Any]) -> SceneResult:
     warm = {
         PositionGrade(grade): tuple(
-            WarmBody(Evidence(**body["evidence"]), tuple(body["position_enu_m"]), body["sigma_m"]) for body in bodies
+            WarmBody(_evidence(body["evidence"]), tuple(body["position_enu_m"]), body["sigma_m"]) for body in bodies
         )
         for grade, bodies in table["warm"].items()
     }
@@ -77,3 +78,8 @@ def _parse(table: dict[str, Any]) -> SceneResult:
     }
     bodies = tuple(Body(body["kind"], tuple(body["position_enu_m"])) for body in table["bodies"])
     return SceneResult(SceneKey(**table["key"]), bodies, table["approached"], anomalies, warm)
+
+
+def _evidence(table: dict[str, Any]) -> Evidence:
+    form = table.get("form")
+    return Evidence(**{**table, "form": None if form is None else Form(**form)})

@@ -14,6 +14,7 @@ from aos_gcs.imaging.persons.bodies import Body, find_bodies
 from aos_gcs.imaging.persons.classifier import MIN_VEHICLES
 from aos_gcs.imaging.persons.decision import FindingKind, Verdict, decide
 from aos_gcs.imaging.persons.evidence import NO_TEMPERATURES, Evidence, gather_evidence, nothing_warm, vantage_points
+from aos_gcs.imaging.persons.form import FormSums, form_sums
 from aos_gcs.imaging.persons.spots import can_stand_out, relative_view, spot_at
 from aos_gcs.imaging.persons.warm_bodies import LINK_M, WarmView, warm_bodies, warm_view
 from aos_gcs.imaging.surfaces.terrain import Terrain
@@ -36,6 +37,8 @@ class Judgement:
     """None where nothing warm was seen."""
     views: tuple[WarmView, ...] = ()
     """Parts of the latest steps' views that show it."""
+    form_sums: FormSums = field(default_factory=FormSums)
+    """What the latest step's own views tell about its form."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -106,8 +109,26 @@ class PersonWatch:
             return {key: judgement for key, judgement in spots if judgement is not None}
         views = self.radiometric_views()
         bodies = find_bodies(views, plane_height_m, uncertainty, list(places_enu_m.values()), ground, linked=linked)
-        judged = ((key, _judged(place, bodies, views, plane_height_m)) for key, place in places_enu_m.items())
+        judged = ((key, self._judged(place, bodies, views, plane_height_m)) for key, place in places_enu_m.items())
         return {key: judgement for key, judgement in judged if judgement is not None}
+
+    def _judged(
+        self,
+        place_enu_m: NDArray[np.float64],
+        bodies: Sequence[Body],
+        views: Sequence[WarmView],
+        plane_height_m: float,
+    ) -> Judgement | None:
+        nearest = min(bodies, key=lambda body: body.distance_m(place_enu_m), default=None)
+        if nearest is None or nearest.distance_m(place_enu_m) > LINK_M:
+            nothing = nothing_warm(place_enu_m, views, plane_height_m)
+            return Judgement(decide(nothing)) if nothing.frames else None
+        latest = [view for view in nearest.views if self._is_latest(view)]
+        return Judgement(decide(nearest.evidence), nearest.place, nearest.views, form_sums(latest, plane_height_m))
+
+    def _is_latest(self, view: WarmView) -> bool:
+        """Tell whether a view, or part of one, is of the latest step."""
+        return any(view.pose is one.pose for one in self.steps[-1])
 
     def radiometric_views(self) -> list[WarmView]:
         """Return the views of all steps that tell temperatures."""
@@ -131,7 +152,6 @@ class PersonWatch:
 
         Targets that are one body, by its views, have the lines of the one that has most.
         """
-        latest = {id(view.pose) for view in self.steps[-1]} if self.steps else set()
         lines, located = dict(self.lines), dict(judgements)
         keys_of_body: dict[int, list[int]] = {}
         for key, judgement in judgements.items():
@@ -139,7 +159,7 @@ class PersonWatch:
                 keys_of_body.setdefault(id(judgement.views), []).append(key)
         for keys in keys_of_body.values():
             judgement = judgements[keys[0]]
-            views = [view.as_blob_view() for view in judgement.views if id(view.pose) in latest]
+            views = [view.as_blob_view() for view in judgement.views if self._is_latest(view)]
             if judgement.place is None or not views:
                 continue
             former = max((lines.pop(key, SightLines()) for key in keys), key=lambda one: one.count)
@@ -194,13 +214,3 @@ def _spot(
         return Judgement(decide(evidence))
     lines = [view.as_blob_view() for view in spot]
     return Judgement(decide(evidence), geolocate(lines, plane_height_m, uncertainty, ground=ground))
-
-
-def _judged(
-    place_enu_m: NDArray[np.float64], bodies: Sequence[Body], views: Sequence[WarmView], plane_height_m: float
-) -> Judgement | None:
-    nearest = min(bodies, key=lambda body: body.distance_m(place_enu_m), default=None)
-    if nearest is None or nearest.distance_m(place_enu_m) > LINK_M:
-        nothing = nothing_warm(place_enu_m, views, plane_height_m)
-        return Judgement(decide(nothing)) if nothing.frames else None
-    return Judgement(decide(nearest.evidence), nearest.place, nearest.views)

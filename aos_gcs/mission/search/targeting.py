@@ -13,41 +13,17 @@ from numpy.typing import NDArray
 from aos_gcs.geometry.geodesy import EnuPoint
 from aos_gcs.imaging.geolocation import Geolocation, locate_together
 from aos_gcs.imaging.model import FocalGrid, StepAnalysis
-from aos_gcs.imaging.persons.decision import CLAIMED, DECISION, FindingKind, Verdict, pooled, telling
+from aos_gcs.imaging.persons.decision import CLAIMED, DECISION, FORM_TOLD, FindingKind, Verdict, telling
 from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.mission.model.findings import ErrorEllipse, TargetEstimate
 from aos_gcs.mission.search.persons import Judgement
+from aos_gcs.mission.search.pool import Pool, look_at
 from aos_gcs.mission.search.same_body import SAME_PLACE_M
 from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.tracking.tracker import Measurement, Track, Tracks, observe
 
-POOLED_SIGHTINGS = 20
-"""Latest sightings of a target, with gaps or without, whose verdicts decide together what it is. Leaves may show an
-animal's bare parts alone for four of them; of ten, they made it a person."""
 _WORSE = 1.5
 """Variance, over that of the place known, up to which a later place of a target that stays replaces it."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Pool:
-    """Latest verdicts on one body."""
-
-    verdicts: tuple[Verdict, ...]
-    position_enu_m: NDArray[np.float64]
-    """Place by the latest one, shape (2,)."""
-    warm_enu_m: tuple[NDArray[np.float64], ...]
-    """Latest places of something warm, each of shape (2,)."""
-
-    def extended(self, latest: _Pool) -> _Pool:
-        """Return the pool with a later one; what is elsewhere and looks like something else is another body."""
-        is_elsewhere = np.linalg.norm(latest.position_enu_m - self.position_enu_m) > SAME_PLACE_M
-        if is_elsewhere and latest.verdicts[0].kind is not self.verdicts[-1].kind:
-            return latest
-        return replace(
-            latest,
-            verdicts=(*self.verdicts, *latest.verdicts)[-POOLED_SIGHTINGS:],
-            warm_enu_m=(*self.warm_enu_m, *latest.warm_enu_m)[-POOLED_SIGHTINGS:],
-        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -94,7 +70,7 @@ class TargetTracker:
         """Latest decision about each track, where there is one, with its best place."""
         self._shown: dict[int, Verdict] = {}
         """Verdict on each track that the latest step marks, or at which it shows something warm."""
-        self._pools: dict[int, _Pool] = {}
+        self._pools: dict[int, Pool] = {}
         """Verdicts on each track's body."""
         self._person_places: dict[int, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
         """Place and covariance of each track when a step last took it for a person."""
@@ -184,7 +160,7 @@ class TargetTracker:
             # Where nothing warm shows, only a mark tells that something else is there: leaves may hide it.
             if is_in_view or judgement.place is not None:
                 self._shown[track.track_id] = judgement.verdict
-                look = _look(judgement, track)
+                look = look_at(judgement, track.position_enu_m)
                 pool = self._pools.get(track.track_id)
                 self._pools[track.track_id] = look if pool is None else pool.extended(look)
             stays = track.walking_share <= 0.5
@@ -193,8 +169,14 @@ class TargetTracker:
                 self._person_places[track.track_id] = self._place(track)
 
     def latest_verdict(self, track_id: int) -> Verdict | None:
-        """Return the decision about a track that the latest step marks, or shows something warm at; else None."""
-        return self._shown.get(track_id)
+        """Return the decision about a track that the latest step marks, or shows something warm at; else None.
+
+        It is surely no person only where its form by all looks does not say otherwise.
+        """
+        shown, pool = self._shown.get(track_id), self._pools.get(track_id)
+        if shown is None or pool is None:
+            return shown
+        return replace(shown, is_surely_other=pool.verdict.is_surely_other)
 
     def likely_persons(self) -> frozenset[int]:
         """Return the tracks in view that are taken for a person by their latest sightings, and not decided for good."""
@@ -218,7 +200,7 @@ class TargetTracker:
     def verdict(self, track_id: int) -> Verdict | None:
         """Return what the latest sightings of a track are taken for together; None if none has been judged."""
         if (pool := self._pools.get(track_id)) is not None:
-            return pooled(pool.verdicts)
+            return pool.verdict
         judgement = self._judged.get(track_id)
         return None if judgement is None else judgement.verdict
 
@@ -261,9 +243,11 @@ class TargetTracker:
         return min(spread_m, max(surprises_m)) <= self._detection.found_radius_m
 
     def _is_looked_at_enough(self, track_id: int) -> bool:
-        """Return whether as many looks tell what a track is as sightings are asked for."""
-        pool = self._pools.get(track_id)
-        return pool is not None and len(telling(pool.verdicts)) >= self._detection.found_steps
+        """Return whether enough looks tell what a track is, and enough frames its form, if it shows any."""
+        if (pool := self._pools.get(track_id)) is None:
+            return False
+        is_form_told = pool.form is None or pool.form.views >= FORM_TOLD
+        return is_form_told and len(telling(pool.verdicts)) >= self._detection.found_steps
 
     def _stays_warm(self, track_id: int) -> bool:
         """Return whether something warm shows in one place, often enough."""
@@ -316,13 +300,6 @@ class TargetTracker:
         if self._in_view(track.track_id) is None and track.track_id in self._last_places:
             return self._last_places[track.track_id]
         return np.array([*track.position_enu_m, self._up_m[track.track_id]]), track.covariance_m2
-
-
-def _look(judgement: Judgement, track: Track) -> _Pool:
-    if judgement.place is None:
-        return _Pool((judgement.verdict,), track.position_enu_m, ())
-    place_enu_m = judgement.place.position_enu_m[:2]
-    return _Pool((judgement.verdict,), place_enu_m, (place_enu_m,))
 
 
 def _spread_m(positions_enu_m: Sequence[NDArray[np.float64]]) -> float:

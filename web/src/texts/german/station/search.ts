@@ -119,6 +119,14 @@ export const search: readonly StationText[] = [
   ],
   [", hotter than any skin", ", heißer als Haut"],
   ["{area} m² visible, {extent} m long", "{area} m² sichtbar, {extent} m lang"],
+  [
+    "{area} m² visible, {length} by {width} m seen from above, {height} m high",
+    "{area} m² sichtbar, von oben gesehen {length} mal {width} m, {height} m hoch",
+  ],
+  [
+    "{area} m² visible, {length} by {width} m seen from above",
+    "{area} m² sichtbar, von oben gesehen {length} mal {width} m",
+  ],
   ["seen in {frames}", "gesehen in {frames}"],
   ["seen by {vehicles}, in {frames}", "gesehen von {vehicles}, in {frames}"],
   ["{count} of {among} frames", "{count} von {among} Bildern"],

@@ -1,0 +1,157 @@
+"""Size and warmth of a body by all frames that show it: what does not depend on how warm the day is.
+
+Leaves leave a frame a part of a body only, and errors of poses lay the parts that frames show beside one another.
+Within a frame, places and temperatures keep their relation. So each frame's pixels are taken about their own middle,
+and only sums over frames are kept: those of a later step are added, and nothing grows.
+
+A point at height z above the focal plane appears displaced by z times the slope of its line of sight. The covariance of
+what a frame shows is therefore that of the body seen from above, plus the variance of its heights along the slope:
+
+    C = S + s² g gᵀ
+
+Frames from several sides tell both parts apart by least squares: a standing person is small from above and stretched
+towards every frame's edge, an animal is long in one direction on the map, whoever looks.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.imaging.persons.warm_bodies import WarmView
+
+MIN_VIEWS = 4
+"""Frames from which on a form is told."""
+MIN_PIXELS = 6
+"""Warm pixels of a frame that tell more than that something is there."""
+MAX_EXTENT_M = 2.5
+"""Extent of what one frame shows from which it is more than one body."""
+_UNIFORM = math.sqrt(12.0)
+"""Length of something of even density over its standard deviation."""
+_LEAST_M = 0.1
+"""Least length and width: a pixel or two."""
+_SCATTER_M2 = 0.10
+"""Standard deviation of a frame's covariance of a single pixel: of n pixels it is smaller by the root of n."""
+_HEIGHTS_M2, _HEIGHTS_SIGMA_M2 = 0.08, 0.12
+"""Mean and standard deviation of the variance of heights before anything is seen: bodies of 0 to 1.8 m."""
+_BIN_K = 0.25
+_BINS = 160
+"""Contrasts up to 40 K; what is hotter than any skin counts in the last bin."""
+_EDGES_K = _BIN_K * np.arange(_BINS + 1)
+
+
+@dataclass(frozen=True, slots=True)
+class Form:
+    """Size and warmth of a body."""
+
+    views: int
+    """Frames that it rests on."""
+    length_m: float
+    """Length seen from above, of what the frames show of it: leaves shorten it."""
+    width_m: float
+    heights_m2: float
+    """Variance of the heights of what is seen; below zero by chance where it is flat."""
+    heights_sigma_m2: float
+    """Its standard deviation."""
+    spread_k: float
+    """Contrast of the warmest hundredth above the middle: skin, or an animal's head and legs."""
+    hot_share: float
+    """Share of its pixels that are nearer to the warmest than to the middle."""
+
+    @property
+    def height_m(self) -> float:
+        """Height of an upright body of even density with such heights."""
+        return _UNIFORM * math.sqrt(max(self.heights_m2, 0.0))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FormSums:
+    """Sums over frames that a body's form follows from; one pixel weighs as much as any other."""
+
+    views: int = 0
+    weight: float = 0.0
+    moments_m2: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    """Weighted covariances of pixels: east, east and north, north."""
+    slopes: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    """Weighted products of the lines' slopes, alike."""
+    slopes_squared: float = 0.0
+    moments_by_slopes_m2: float = 0.0
+    counts: NDArray[np.int64] = field(default_factory=lambda: np.zeros(_BINS, dtype=np.int64))
+    """Pixels per bin of contrast."""
+
+    def __add__(self, other: FormSums) -> FormSums:
+        """Return the sums over the frames of both."""
+        return FormSums(
+            self.views + other.views,
+            self.weight + other.weight,
+            self.moments_m2 + other.moments_m2,
+            self.slopes + other.slopes,
+            self.slopes_squared + other.slopes_squared,
+            self.moments_by_slopes_m2 + other.moments_by_slopes_m2,
+            self.counts + other.counts,
+        )
+
+    def form(self) -> Form | None:
+        """Return the form; None where too few frames show enough of the body."""
+        if self.views < MIN_VIEWS:
+            return None
+        prior = (_SCATTER_M2 / _HEIGHTS_SIGMA_M2) ** 2
+        information = self.slopes_squared - float(self.slopes @ self.slopes) / self.weight + prior
+        seen_m2 = self.moments_by_slopes_m2 - float(self.moments_m2 @ self.slopes) / self.weight
+        heights_m2 = (seen_m2 + prior * _HEIGHTS_M2) / information
+        east_m2, mixed_m2, north_m2 = (self.moments_m2 - heights_m2 * self.slopes) / self.weight
+        minor_m2, major_m2 = np.linalg.eigvalsh([[east_m2, mixed_m2], [mixed_m2, north_m2]])
+        below = np.concatenate(([0], np.cumsum(self.counts))) / self.counts.sum()
+        middle_k, warmest_k = np.interp([0.5, 0.99], below, _EDGES_K)
+        return Form(
+            views=self.views,
+            length_m=max(_UNIFORM * math.sqrt(max(float(major_m2), 0.0)), _LEAST_M),
+            width_m=max(_UNIFORM * math.sqrt(max(float(minor_m2), 0.0)), _LEAST_M),
+            heights_m2=float(heights_m2),
+            heights_sigma_m2=_SCATTER_M2 / math.sqrt(information),
+            spread_k=float(warmest_k - middle_k),
+            hot_share=1.0 - float(np.interp((middle_k + warmest_k) / 2.0, _EDGES_K, below)),
+        )
+
+
+def form_sums(body: Sequence[WarmView], plane_height_m: float) -> FormSums:
+    """Return the sums over the views of one body, with temperatures and of cameras that hover.
+
+    Args:
+        body: the parts of the views that show it.
+        plane_height_m: ENU height of the focal plane that their points lie on.
+    """
+    views = [
+        view
+        for view in body
+        if view.radiometric
+        and not view.is_smeared
+        and len(view.points_enu_m) >= MIN_PIXELS
+        and np.ptp(view.points_enu_m, axis=0).max() <= MAX_EXTENT_M
+    ]
+    if not views:
+        return FormSums()
+    pixels = np.array([len(view.points_enu_m) for view in views])
+    starts = np.cumsum(pixels) - pixels
+    points_enu_m = np.concatenate([view.points_enu_m for view in views])
+    middles_enu_m = np.add.reduceat(points_enu_m, starts) / pixels[:, None]
+    east_m, north_m = (points_enu_m - np.repeat(middles_enu_m, pixels, axis=0)).T
+    weighted_m2 = np.add.reduceat(np.column_stack((east_m**2, east_m * north_m, north_m**2)), starts)
+    cameras_enu_m = np.array([view.pose.position_enu_m for view in views])
+    east, north = ((middles_enu_m - cameras_enu_m[:, :2]) / (cameras_enu_m[:, 2:] - plane_height_m)).T
+    slopes = np.column_stack((east**2, east * north, north**2))
+    contrast_k = np.concatenate([view.contrast_k for view in views])
+    bins = np.clip((contrast_k / _BIN_K).astype(np.int64), 0, _BINS - 1)
+    return FormSums(
+        views=len(views),
+        weight=float(pixels.sum()),
+        moments_m2=weighted_m2.sum(axis=0),
+        slopes=pixels @ slopes,
+        slopes_squared=float(pixels @ (slopes**2).sum(axis=1)),
+        moments_by_slopes_m2=float((weighted_m2 * slopes).sum()),
+        counts=np.bincount(bins, minlength=_BINS),
+    )

@@ -1,0 +1,123 @@
+"""Kinds of bodies by their form: the likelihood of a person over that of an animal, a stone or a stump.
+
+Each kind of body has a typical length, width and height, and a typical pattern of warmth: a person's skin is a small
+part of it, some kelvin warmer than the clothes, while an animal's head and legs are a quarter of it and a stone is
+equally warm all over. None of this depends on how warm bodies are altogether, which changes with the day. The figures
+are those of bodies in simulated missions (docs/effectiveness.md); the widths of their distributions are larger than
+seen there, since real bodies vary more.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from aos_gcs.imaging.persons.form import Form
+
+MAX_LOG_RATIO = 6.0
+"""Logarithm of the likelihood ratio above which, on either side, a form says no more."""
+_LENGTH_NOISE = 0.5
+"""Standard deviation of the logarithm of the length that one frame tells; n frames tell it better by the root of n."""
+_SLENDERNESS_NOISE = 1.0
+"""The same for the ratio of width and length."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Normal:
+    """A normal distribution; of a positive quantity, that of its logarithm about the logarithm of the middle."""
+
+    middle: float
+    sigma: float
+
+    def density(self, value: float, noise: float = 0.0) -> float:
+        sigma = math.hypot(self.sigma, noise)
+        return math.exp(-0.5 * ((value - self.middle) / sigma) ** 2) / sigma
+
+    def log_density(self, value: float, noise: float = 0.0) -> float:
+        sigma = math.hypot(self.sigma, noise)
+        return math.exp(-0.5 * (math.log(value / self.middle) / sigma) ** 2) / sigma
+
+
+@dataclass(frozen=True, slots=True)
+class _Pattern:
+    """Pattern of warmth of some bodies of a kind."""
+
+    share: float
+    spread_k: _Normal
+    hot_share: _Normal
+
+
+@dataclass(frozen=True, slots=True)
+class _Kind:
+    """Bodies that are alike."""
+
+    share: float
+    """Share among persons, or among others."""
+    length_m: _Normal
+    slenderness: _Normal
+    """Width over length."""
+    heights_m2: _Normal
+    """Variance of the heights of what is seen."""
+    patterns: tuple[_Pattern, ...]
+
+    def likelihood(self, form: Form) -> float:
+        """Return the density of a form among bodies of this kind, times their share."""
+        noise = 1.0 / math.sqrt(form.views)
+        spread_k, hot_share = max(form.spread_k, _LEAST_SPREAD_K), max(form.hot_share, _LEAST_SHARE)
+        warmth = sum(
+            pattern.share * pattern.spread_k.log_density(spread_k) * pattern.hot_share.log_density(hot_share)
+            for pattern in self.patterns
+        )
+        return (
+            self.share
+            * warmth
+            * self.length_m.log_density(form.length_m, _LENGTH_NOISE * noise)
+            * self.slenderness.log_density(form.width_m / form.length_m, _SLENDERNESS_NOISE * noise)
+            * self.heights_m2.density(form.heights_m2, form.heights_sigma_m2)
+        )
+
+
+_LEAST_SPREAD_K = 0.3
+_LEAST_SHARE = 0.01
+_EVEN = _Normal(0.15, 0.8)
+"""Share of hot pixels of what is equally warm all over: it means nothing there."""
+_CLAD = (
+    _Pattern(0.78, _Normal(6.5, 0.4), _Normal(0.07, 0.7)),
+    _Pattern(0.10, _Normal(10.0, 0.4), _Normal(0.28, 0.5)),
+    _Pattern(0.12, _Normal(0.8, 0.3), _EVEN),
+)
+"""Clothes with some skin; a blanket with some skin and clothes; no skin to be seen."""
+_FUR = (_Pattern(1.0, _Normal(4.7, 0.3), _Normal(0.22, 0.5)),)
+_SOLID = (_Pattern(0.98, _Normal(1.4, 0.3), _EVEN), _Pattern(0.02, _Normal(4.0, 0.5), _EVEN))
+"""Top and sides of a stone; a few are sharpened wrongly, or have something warmer on them."""
+_ANYTHING = _Kind(
+    0.05,
+    _Normal(0.8, 0.6),
+    _Normal(0.5, 0.6),
+    _Normal(0.06, 0.08),
+    (_Pattern(1.0, _Normal(3.0, 0.8), _Normal(0.2, 0.8)),),
+)
+"""What nobody has thought of."""
+_PERSONS = (
+    _Kind(0.53, _Normal(0.53, 0.16), _Normal(0.58, 0.27), _Normal(0.14, 0.05), _CLAD),
+    _Kind(0.25, _Normal(0.65, 0.16), _Normal(0.67, 0.25), _Normal(0.025, 0.04), _CLAD),
+    _Kind(0.20, _Normal(1.40, 0.10), _Normal(0.37, 0.16), _Normal(-0.02, 0.05), _CLAD),
+)
+"""Standing or walking, sitting, lying; a body on the ground is seen a little stretched the other way."""
+_OTHERS = (
+    _Kind(0.45, _Normal(1.02, 0.22), _Normal(0.32, 0.27), _Normal(0.07, 0.04), _FUR),
+    _Kind(0.25, _Normal(0.72, 0.32), _Normal(0.78, 0.16), _Normal(0.04, 0.04), _SOLID),
+    _Kind(0.25, _Normal(0.43, 0.18), _Normal(0.85, 0.16), _Normal(0.06, 0.04), _SOLID),
+    _ANYTHING,
+)
+"""Animals, stones, stumps."""
+_UNUSUAL_PERSONS = 0.02
+"""Share of persons of whom nobody has thought."""
+
+
+def log_ratio(form: Form) -> float:
+    """Return the logarithm of how likely the form is among persons, over how likely among others."""
+    persons = sum(kind.likelihood(form) for kind in _PERSONS)
+    persons += _UNUSUAL_PERSONS / _ANYTHING.share * _ANYTHING.likelihood(form)
+    others = sum(kind.likelihood(form) for kind in _OTHERS)
+    return max(-MAX_LOG_RATIO, min(math.log(persons / others), MAX_LOG_RATIO))

@@ -1,0 +1,158 @@
+"""Size and pattern of warmth of a body by all frames that show it, and what they say."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.geometry.poses import nadir_pose
+from aos_gcs.imaging.persons.decision import FindingKind, Verdict, decide, pooled
+from aos_gcs.imaging.persons.evidence import gather_evidence
+from aos_gcs.imaging.persons.form import Form, form_sums
+from aos_gcs.imaging.persons.kinds import log_ratio
+from aos_gcs.imaging.persons.warm_bodies import WarmView
+
+CAMERA = CameraModel.from_fov(512, 512, math.radians(50.0))
+UP_M = 35.0
+FOOT_ENU_M = np.array([3.0, -2.0])
+STANDING = Form(60, 0.5, 0.28, 0.14, 0.03, 7.0, 0.08)
+DEER = Form(60, 1.0, 0.3, 0.07, 0.03, 5.0, 0.22)
+STONE = Form(60, 0.6, 0.5, 0.03, 0.03, 1.4, 0.15)
+
+
+def box(size_m: tuple[float, float, float], heading_rad: float = 0.0, points: int = 400) -> NDArray[np.float64]:
+    """Points of a box that stands on the ground, its length towards the heading, shape (points, 3)."""
+    rng = np.random.default_rng(3)
+    right_m, front_m, up_m = (rng.uniform(-0.5, 0.5, (points, 3)) * size_m).T
+    sin, cos = math.sin(heading_rad), math.cos(heading_rad)
+    return np.column_stack((cos * right_m + sin * front_m, cos * front_m - sin * right_m, up_m + size_m[2] / 2))
+
+
+def views_of(
+    body_m: NDArray[np.float64],
+    *,
+    contrast_k: float | NDArray[np.float64] = 14.0,
+    error_m: float = 0.0,
+    share: float = 0.3,
+    count: int = 60,
+) -> list[WarmView]:
+    """Views from all around, each of some of the points and displaced by an error of its pose."""
+    rng = np.random.default_rng(5)
+    contrasts_k = np.broadcast_to(contrast_k, len(body_m))
+    views = []
+    for index in range(count):
+        bearing = 2.0 * math.pi * index / count
+        camera_enu_m = np.array([*(FOOT_ENU_M + 10.0 * np.array([math.sin(bearing), math.cos(bearing)])), UP_M])
+        seen = rng.random(len(body_m)) < share
+        points_m, up_m = FOOT_ENU_M + body_m[seen, :2], body_m[seen, 2:]
+        on_ground_m = camera_enu_m[:2] + (points_m - camera_enu_m[:2]) * UP_M / (UP_M - up_m)
+        shifted_m = on_ground_m + rng.normal(0.0, error_m, 2)
+        views.append(WarmView(index % 5, shifted_m, contrasts_k[seen].copy(), 0.004, CAMERA, nadir_pose(camera_enu_m)))
+    return views
+
+
+def form_of(views: Sequence[WarmView]) -> Form:
+    form = form_sums(views, 0.0).form()
+    assert form is not None
+    return form
+
+
+@pytest.mark.parametrize("error_m", [0.0, 0.7])
+@pytest.mark.parametrize("size_m", [(0.5, 0.3, 1.75), (0.35, 1.3, 0.9), (0.8, 0.9, 0.3)])
+def test_frames_from_all_sides_tell_length_width_and_height_whatever_their_poses_err(
+    size_m: tuple[float, float, float], error_m: float
+) -> None:
+    form = form_of(views_of(box(size_m, heading_rad=0.7), error_m=error_m))
+    assert form.length_m == pytest.approx(max(size_m[:2]), rel=0.12)
+    assert form.width_m == pytest.approx(min(size_m[:2]), rel=0.12)
+    assert abs(form.heights_m2 - size_m[2] ** 2 / 12) < 3 * form.heights_sigma_m2
+    assert form.heights_sigma_m2 < 0.03
+
+
+def test_frames_from_above_do_not_tell_a_height() -> None:
+    views = [
+        replace(view, pose=nadir_pose([*FOOT_ENU_M, UP_M])) for view in views_of(box((0.5, 0.5, 0.0)), error_m=0.0)
+    ]
+    form = form_of(views)
+    assert form.heights_m2 == pytest.approx(0.08, abs=0.01), "what is assumed before"
+    assert form.heights_sigma_m2 > 0.1
+
+
+@given(st.integers(1, 58))
+def test_sums_of_two_parts_are_those_of_all(first: int) -> None:
+    views = views_of(box((0.4, 1.0, 0.8)))
+    together = form_of(views)
+    parts = form_sums(views[:first], 0.0) + form_sums(views[first:], 0.0)
+    form = parts.form()
+    assert form is not None
+    assert form.views == together.views
+    assert (form.length_m, form.width_m, form.heights_m2, form.spread_k) == pytest.approx(
+        (together.length_m, together.width_m, together.heights_m2, together.spread_k)
+    )
+
+
+def test_what_is_hot_is_told_by_its_share_and_by_how_much_warmer_it_is() -> None:
+    body_m = box((0.5, 0.5, 0.5), points=1000)
+    contrast_k = np.where(np.arange(1000) < 100, 20.0, 13.0)
+    form = form_of(views_of(body_m, contrast_k=contrast_k))
+    assert form.spread_k == pytest.approx(7.0, abs=0.3)
+    assert form.hot_share == pytest.approx(0.1, abs=0.02)
+    assert form_of(views_of(body_m)).spread_k < 0.3
+
+
+def test_few_frames_pieces_of_a_few_pixels_and_several_bodies_in_one_tell_no_form() -> None:
+    views = views_of(box((0.5, 0.5, 1.0)))
+    assert form_sums([], 0.0).form() is None
+    assert form_sums(views[:3], 0.0).form() is None
+    assert form_sums([view.part(np.arange(4)) for view in views], 0.0).form() is None
+    assert form_sums([replace(view, speed_mps=5.0) for view in views], 0.0).form() is None
+    two = [replace(view, points_enu_m=view.points_enu_m * [1.0, 9.0]) for view in views]
+    assert form_sums(two, 0.0).form() is None
+
+
+def test_a_person_an_animal_and_a_stone_are_told_apart_by_their_form() -> None:
+    assert log_ratio(STANDING) > 4.0
+    assert log_ratio(DEER) < -4.0
+    assert log_ratio(STONE) < -3.0
+    assert log_ratio(Form(60, 1.4, 0.52, -0.03, 0.03, 8.0, 0.05)) > 3.0, "a person who lies"
+    assert log_ratio(replace(STANDING, spread_k=0.8)) > 1.0, "one who is covered all over"
+
+
+def test_few_frames_say_less() -> None:
+    assert 0.0 < log_ratio(replace(STANDING, views=4, heights_sigma_m2=0.12)) < log_ratio(STANDING)
+
+
+def looks(by_warmth: float, count: int = 10) -> list[Verdict]:
+    kind = FindingKind.PERSON if by_warmth >= 0.5 else FindingKind.ANIMAL
+    return [Verdict(kind, by_warmth, ("seen",), is_surely_other=by_warmth < 0.02, by_warmth=by_warmth)] * count
+
+
+def test_a_deer_as_warm_as_a_person_is_none_and_a_person_on_a_warm_day_is_one() -> None:
+    assert pooled(looks(0.97)).kind is FindingKind.PERSON
+    assert pooled(looks(0.97), DEER).kind is not FindingKind.PERSON
+    assert pooled(looks(0.02)).kind is FindingKind.ANIMAL
+    assert pooled(looks(0.02), STANDING).kind is FindingKind.PERSON
+
+
+def test_what_has_the_form_of_a_person_is_never_surely_something_else() -> None:
+    assert pooled(looks(0.01)).is_surely_other
+    assert not pooled(looks(0.01), STANDING).is_surely_other
+    assert pooled(looks(0.01), DEER).is_surely_other
+
+
+def test_the_decision_about_a_look_uses_its_form_and_names_the_size() -> None:
+    body_m = box((0.5, 0.3, 1.75), points=1000)
+    contrast_k = np.where(np.arange(1000) < 80, 17.0, 10.0)
+    views = views_of(body_m, contrast_k=contrast_k)
+    evidence = gather_evidence(views, views)
+    verdict, by_warmth = decide(evidence), decide(replace(evidence, form=None))
+    assert verdict.by_warmth == by_warmth.probability
+    assert (verdict.probability or 0.0) > (by_warmth.probability or 0.0)
+    assert "0.5 by 0.3 m seen from above, 1.8 m high" in verdict.reasons[-1]
+    assert "m long" in by_warmth.reasons[-1]
