@@ -74,7 +74,16 @@ class CaptureError(AosError):
 
 
 class NoIntervalError(CaptureError):
-    """A camera does not take images by itself, or no longer; single ones can be requested from it."""
+    """A camera does not take images by itself, or no longer; single ones can be requested from it.
+
+    Args:
+        text: why.
+        may_pass: whether it may do so again after a while; else it is left alone.
+    """
+
+    def __init__(self, text: str, *, may_pass: bool = False) -> None:
+        super().__init__(text)
+        self.may_pass = may_pass
 
 
 class MissionError(AosError):

@@ -22,19 +22,24 @@ CAMERA_S = 0.6
 PERIOD_S, SPEED_MPS = 0.5, 5.0
 
 
-def search(n: int = 3, interval_capture: IntervalCapture = IntervalCapture.AUTO) -> Flight:
+def search(
+    n: int = 3, interval_capture: IntervalCapture = IntervalCapture.AUTO, area: tuple[tuple[float, float], ...] = AREA
+) -> Flight:
     flight = prepare(
         n,
         None,
         errors=EXACT,
         camera_delay_s=CAMERA_S,
-        area_enu_m=AREA,
+        area_enu_m=area,
         search=SearchSettings(SearchMode.CONTINUOUS),
         imaging=ImagingSettings(rx_quantile=0.998, interval_capture=interval_capture),
     )
     for vehicle in flight.fleet.members.values():
         vehicle.has_interval = True
     return flight
+
+
+LONG_AREA = (*AREA[:2], (12.0, 210.0), (-12.0, 210.0))
 
 
 def is_on_its_way(flight: Flight) -> bool:
@@ -47,9 +52,11 @@ def exposures_north_m(flight: Flight, vehicle_id: int) -> list[float]:
     return [float(FRAME.to_enu(one.position)[1]) for one in used if one.vehicle_id == vehicle_id]
 
 
-def assert_looked_at_everywhere(flight: Flight, vehicle_ids: tuple[int, ...], most_m: float) -> None:
+def assert_looked_at_everywhere(
+    flight: Flight, vehicle_ids: tuple[int, ...], most_m: float, area: tuple[tuple[float, float], ...] = AREA
+) -> None:
     for vehicle_id in vehicle_ids:
-        north_m = [AREA[0][1], *sorted(exposures_north_m(flight, vehicle_id)), AREA[2][1]]
+        north_m = [area[0][1], *sorted(exposures_north_m(flight, vehicle_id)), area[2][1]]
         assert np.diff(north_m).max() <= most_m
     assert flight.view.snapshot().covered_fraction == 1.0
 
@@ -122,16 +129,32 @@ async def test_a_camera_that_another_station_stops_is_named_and_asked_for_each_i
 
 
 async def test_a_camera_with_a_long_least_interval_is_named_and_asked_for_each_image_instead() -> None:
-    flight = search()
+    flight = search(area=LONG_AREA)
     flight.fleet.members[3].least_period_s = 1.0 / 0.3
     async with flying(flight) as run:
         assert await run is Outcome.NOT_FOUND
     (named,) = told(flight, "without interval capture")
     assert "0.3 images per second instead of 2" in named
     assert not told(flight, "its camera delivers"), "asked for each, it is as fast as others"
-    assert_looked_at_everywhere(flight, (1, 2), 6.0)
+    assert_looked_at_everywhere(flight, (1, 2), 6.0, LONG_AREA)
     north_m = sorted(exposures_north_m(flight, 3))
     assert np.median(np.diff(north_m[len(north_m) // 2 :])) < 4.0
+
+
+async def test_a_camera_that_was_slow_for_a_while_takes_images_by_itself_again() -> None:
+    flight = search(area=(*AREA[:2], (12.0, 500.0), (-12.0, 500.0)))
+    vehicle = flight.fleet.members[3]
+    vehicle.least_period_s = 1.0 / 0.3
+    async with flying(flight) as run:
+        await flight.until(lambda: bool(told(flight, "without interval capture")))
+        vehicle.least_period_s = 0.0
+        await flight.until(lambda: vehicle.running is None)
+        await flight.until(lambda: vehicle.running is not None)
+        await flight.clock.sleep(5.0)
+        assert vehicle.running is not None
+        await flight.commands.act(Action.ABORT, None)
+        await run
+    assert len(told(flight, "interval capture")) == 1
 
 
 async def test_images_that_come_late_or_out_of_order_keep_nothing_waiting_and_count_where_they_were_exposed() -> None:

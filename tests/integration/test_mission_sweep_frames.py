@@ -38,9 +38,11 @@ def exposures_north_m(flight: Flight, vehicle_ids: tuple[int, ...]) -> list[floa
     return sorted(float(FRAME.to_enu(one.position)[1]) for one in used if one.vehicle_id in vehicle_ids)
 
 
-def assert_looked_at_everywhere(flight: Flight, vehicle_ids: tuple[int, ...] = (1, 2, 3)) -> None:
+def assert_looked_at_everywhere(
+    flight: Flight, vehicle_ids: tuple[int, ...] = (1, 2, 3), end_m: float = NORTH_M[1]
+) -> None:
     """Assert that frames of these vehicles were taken all along the leg, which counts as scanned."""
-    north_m = [NORTH_M[0], *exposures_north_m(flight, vehicle_ids), NORTH_M[1]]
+    north_m = [NORTH_M[0], *exposures_north_m(flight, vehicle_ids), end_m]
     assert np.diff(north_m).max() <= 10.0
     assert flight.view.snapshot().covered_fraction == 1.0
     assert "Scan complete: the whole area was scanned, nothing was found" in flight.texts()
@@ -65,13 +67,14 @@ async def test_cameras_of_less_than_a_frame_in_three_seconds_make_the_line_stop_
 
 
 async def test_one_slow_camera_delays_nobody_and_its_frames_count_where_they_were_exposed() -> None:
-    flight = search()
+    end_m = 130.0
+    flight = search(area_enu_m=(*AREA[:2], (AREA[2][0], end_m), (AREA[3][0], end_m)))
     flight.fleet.members[3].camera_delay_s = SLOW_CAMERA_S
     async with flying(flight) as run:
         assert await run is Outcome.NOT_FOUND
         camera = flight.view.snapshot().vehicles[2].camera
     assert not any("stops" in text for text in flight.texts())
-    assert_looked_at_everywhere(flight, (1, 2))
+    assert_looked_at_everywhere(flight, (1, 2), end_m)
     slow = exposures_north_m(flight, (3,))
     assert 2 <= len(slow) <= len(exposures_north_m(flight, (1,))) // 3
     assert camera is not None

@@ -33,6 +33,8 @@ MAX_MOTION_M = 0.5
 the ground below them."""
 LATE_S = 6.0
 """Flight at the speed along the legs after which an image that comes is of another place than where its vehicle is."""
+STALL_S = 1.0
+"""Time without a look at the clock after which this station has stood still."""
 _POLL_S = 0.05
 _DRAIN_S = 2.0
 """Time for which frames on their way are awaited when a sweep is over: a camera takes one at a time, and one that takes
@@ -168,15 +170,29 @@ class Exposures:
                 notice(Severity.INFO, f"its frames come again; {count} were missing", capture.vehicle_id)
         return used
 
+    async def watch_station(self) -> None:
+        """Keep time in which this station stood still from counting against cameras."""
+        clock = self._context.clock
+        while True:
+            begin_s = clock.now_s()
+            await clock.sleep(_POLL_S)
+            if clock.now_s() - begin_s > STALL_S:
+                self._pace.forgive(clock.now_s())
+
     @property
     def is_behind(self) -> bool:
         """Whether a vehicle's frames wait for analysis while later ones have come."""
         return any(len(queue) == KEPT for queue in self._waiting.values())
 
     async def _expose(self, member: Member) -> None:
-        if self._pace.takes_interval(member.vehicle_id):
-            await self._take_interval(member)
-        await self._take_requested(member)
+        while not self._is_over:
+            if self._takes_interval(member):
+                await self._take_interval(member)
+            else:
+                await self._take_requested(member)
+
+    def _takes_interval(self, member: Member) -> bool:
+        return self._pace.takes_interval(member.vehicle_id, self._context.clock.now_s())
 
     async def _take_interval(self, member: Member) -> None:
         """Have the camera take images by itself, and return when it does not, or no longer."""
@@ -184,9 +200,10 @@ class Exposures:
         speeds_mps = deque([_speed_mps(member)], maxlen=_KEPT_SPEEDS)
         try:
             async with member.vehicle.interval(self._period_s, clock.now_s() + _START_S) as images:
-                while self._pace.takes_interval(member.vehicle_id):
+                while self._takes_interval(member):
                     try:
                         capture = await images.next(clock.now_s() + settings.deadlines.capture_s)
+                        self._pace.note_image(member.vehicle_id, clock.now_s())
                         self._check_placed(member)
                         # It was exposed a while ago, at a speed that has passed.
                         speeds_mps.append(_speed_mps(member))
@@ -197,13 +214,15 @@ class Exposures:
                         self._failures[member.vehicle_id] = str(error)
                         await clock.sleep(_POLL_S)
         except NoIntervalError as error:
-            self._pace.give_up_interval(member.vehicle_id, str(error))
+            self._pace.refuse_interval(member.vehicle_id, clock.now_s(), str(error), may_pass=error.may_pass)
         except CaptureError as error:
             self._failures[member.vehicle_id] = str(error)
+            self._pace.put_off_interval(member.vehicle_id, clock.now_s())
 
     async def _take_requested(self, member: Member) -> None:
+        """Request one image after the other, and return when the camera is to take them by itself."""
         clock = self._context.clock
-        while True:
+        while not self._takes_interval(member):
             begin_s = clock.now_s()
             self._exposed.add(member.vehicle_id)
             try:
@@ -225,7 +244,9 @@ class Exposures:
         self._check_placed(member)
         speed_mps = _speed_mps(member)
         deadline_s = self._context.clock.now_s() + self._context.settings.deadlines.capture_s
-        return self._checked(member, await member.vehicle.capture(deadline_s), speed_mps)
+        capture = await member.vehicle.capture(deadline_s)
+        self._pace.note_image(member.vehicle_id, self._context.clock.now_s())
+        return self._checked(member, capture, speed_mps)
 
     def _check_placed(self, member: Member) -> None:
         if (refusal := self._sampler.why_not_placed(member)) is not None:
@@ -269,7 +290,6 @@ class Exposures:
             return
         self._last_at_s[vehicle_id] = exposed.come_at_s
         self._failures.pop(vehicle_id, None)
-        self._pace.note_frame(vehicle_id, exposed.come_at_s)
         if len(queue) == KEPT:
             self.dropped += 1
             if self.dropped == 1:
@@ -288,9 +308,11 @@ async def exposing(context: FlightContext, sampler: Sampler, pace: CameraPace) -
     """Expose vehicles in flight for as long as the context is entered; leaving it ends all exposures."""
     async with asyncio.TaskGroup() as group:
         exposures = Exposures(context, sampler, pace, group)
+        watch = exposures.start(exposures.watch_station())
         try:
             yield exposures
         finally:
+            watch.cancel()
             exposures.follow(())
             if exposures.dropped > 1:
                 text = f"{exposures.dropped} frames of this stretch were left out"

@@ -187,7 +187,7 @@ class CameraInterval:
             await self._start_again(status, now_s)
             return
         if now_s >= self._first_due_s + is_fresh * (FIRST_WITH_STATUS_S - FIRST_S):
-            raise NoIntervalError("the camera has accepted it and takes no image")
+            raise NoIntervalError("the camera has accepted it and takes no image", may_pass=True)
         if now_s >= self._asked_at_s + ASK_S:
             self._asked_at_s = now_s
             request_reports(self._vehicle, self._camera, self._camera.next_index)

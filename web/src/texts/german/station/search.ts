@@ -216,6 +216,18 @@ export const search: readonly StationText[] = [
   ["no image for {silence} s", "kein Bild seit {silence} s"],
   ["no image yet", "noch kein Bild"],
   [
+    "each image of its camera is requested for a while, without interval capture: {reason}",
+    "jedes Bild ihrer Kamera wird vorerst angefordert, ohne Intervallaufnahme: {reason}",
+  ],
+  [
+    "its camera takes images by itself again: requested ones come no faster",
+    "ihre Kamera nimmt wieder von selbst auf: angeforderte Bilder kommen nicht schneller",
+  ],
+  [
+    "{slow} of {all} cameras deliver about {pace}: where they can do more, their link or this station is too slow; lower imaging.rate_hz, or fly fewer vehicles",
+    "{slow} von {all} Kameras liefern etwa {pace}: Wo sie mehr können, ist ihre Verbindung oder diese Station zu langsam; imaging.rate_hz senken oder mit weniger Drohnen fliegen",
+  ],
+  [
     "each image of its camera is requested, without interval capture: {reason}",
     "jedes Bild ihrer Kamera wird angefordert, ohne Intervallaufnahme: {reason}",
   ],
