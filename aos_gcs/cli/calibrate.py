@@ -1,7 +1,8 @@
-"""``aos-gcs calibrate``: camera, mount and clock from a recorded flight above textured ground."""
+"""``aos-gcs calibrate``: camera, mount and clock, or poses, from a recorded flight above textured ground."""
 
 from __future__ import annotations
 
+import json
 import math
 from pathlib import Path
 from typing import Annotated
@@ -16,6 +17,10 @@ from aos_gcs.cli.output import progress
 from aos_gcs.cli.survey_options import CameraOptions, open_survey
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.exports.files import check_apart, check_writable, written_whole
+from aos_gcs.geometry.poses import Pose
+from aos_gcs.surveys.conventions import PoseConvention, parse_convention
+from aos_gcs.surveys.model import Survey
+from aos_gcs.surveys.poses_file import corrected_document
 
 PANEL = "Calibration"
 
@@ -30,13 +35,22 @@ def calibrate(
     image_folder: survey_options.ImageFolder,
     *,
     out: Annotated[
-        Path,
+        Path | None,
         typer.Option(
             metavar="FILE.json",
-            help="Result, for integrate --calibration and for the cameras of missions.",
+            help="Camera, mount and clock, for integrate --calibration and for the cameras of missions.",
             rich_help_panel=PANEL,
         ),
-    ],
+    ] = None,
+    poses_out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.json",
+            help="Copy of --poses with the errors corrected that differ from one image to the next; camera and mount "
+            "stay as they are given.",
+            rich_help_panel=PANEL,
+        ),
+    ] = None,
     poses: survey_options.Poses = None,
     fov: survey_options.Fov = None,
     camera: survey_options.Camera = None,
@@ -68,18 +82,12 @@ def calibrate(
 
     Needs images that overlap by 60 % and poses in any world; for the clock offset and the roll of the mount, lines in
     opposite and crossing directions and images with times; for the focal length, two heights. What the flight does not
-    tell stays as it was, and is named.
+    tell stays as it was, and is named. --poses-out corrects poses instead, or beside it, by what neighbours show.
     """
-    from aos_gcs.surveys.calibration.calibrate import MAX_IMAGES  # noqa: PLC0415 - keeps the other commands' help fast
-    from aos_gcs.surveys.calibration.calibrate import calibrate as estimate  # noqa: PLC0415
-
     for name, value in (("--position-sigma", position_sigma), ("--attitude-sigma", attitude_sigma)):
         if not (math.isfinite(value) and value > 0.0):
             raise ConfigurationError(f"{name} must be a positive number, got {value:g}.")
-    check_writable(out)
-    if out.suffix.lower() != ".json":
-        raise ConfigurationError(f"--out {out}: the name must end in .json.")
-    check_apart([out], None, [path for path in (poses, camera) if path is not None])
+    _check_outputs(out, poses_out, poses, camera)
     survey = open_survey(
         image_folder,
         poses=poses,
@@ -89,8 +97,44 @@ def calibrate(
         ground_amsl_m=ground,
         sensor=sensor,
     )
+    sigmas = position_sigma, attitude_sigma
+    if out is not None:
+        _calibrate(survey, sigmas, out)
+    if poses_out is not None and poses is not None:
+        refined = _refine(survey, sigmas)
+        images = [(image.path, pose) for image, pose in zip(survey.images, refined, strict=True)]
+        meaning = PoseConvention() if convention is None else parse_convention(convention)
+        with written_whole(poses_out) as file:
+            file.write(json.dumps(corrected_document(poses, image_folder, images, meaning)).encode())
+
+
+def _check_outputs(out: Path | None, poses_out: Path | None, poses: Path | None, camera: Path | None) -> None:
+    if out is None and poses_out is None:
+        raise ConfigurationError("Nothing to write: give --out FILE.json, --poses-out FILE.json, or both.")
+    if poses_out is not None and poses is None:
+        raise ConfigurationError("--poses-out writes a copy of a poses file: give that file (--poses FILE.json).")
+    outputs = {"--out": out, "--poses-out": poses_out}
+    for option, path in outputs.items():
+        if path is not None:
+            check_writable(path)
+            if path.suffix.lower() != ".json":
+                raise ConfigurationError(f"{option} {path}: the name must end in .json.")
+    check_apart(
+        [path for path in outputs.values() if path is not None],
+        None,
+        [path for path in (poses, camera) if path is not None],
+    )
+
+
+def _calibrate(survey: Survey, sigmas: tuple[float, float], out: Path) -> None:
+    """Write camera, mount and clock of a survey, by standard deviations of positions (m) and attitudes (deg)."""
+    from aos_gcs.surveys.calibration.calibrate import (  # noqa: PLC0415 - keeps the other commands' help fast
+        MAX_IMAGES,
+        calibrate,
+    )
+
     with progress("Searching images for features", min(MAX_IMAGES, len(survey.images))) as advance:
-        result = estimate(survey, position_sigma, math.radians(attitude_sigma), advance)
+        result = calibrate(survey, sigmas[0], math.radians(sigmas[1]), advance)
     degrees = np.array([math.degrees(1.0)] * 3 + [1.0] * 4)
     covariance = result.covariance * np.outer(degrees, degrees)
     not_determined = [name for name, is_known in zip(PARAMETERS, result.is_determined, strict=True) if not is_known]
@@ -115,20 +159,36 @@ def calibrate(
             f"Far from the given values: {', '.join(surprising)}. Check poses, --convention and field of view.",
             err=True,
         )
-    for option, sigma, errors in (
-        ("--position-sigma", position_sigma, result.position_error_sigmas),
-        ("--attitude-sigma", attitude_sigma, result.attitude_error_sigmas),
-    ):
-        if errors > MAX_ERROR_SIGMAS:
-            typer.echo(
-                f"Recorded poses err by more than {option} says, which bends the result: repeat with {option} "
-                f"{sigma * errors:.2g} or more.",
-                err=True,
-            )
+    _doubt(sigmas, (result.position_error_sigmas, result.attitude_error_sigmas))
     typer.echo(
         f"{result.points} points in {result.images} images; median residual {result.before_px:.2f} px before, "
         f"{result.after_px:.2f} px after"
     )
+
+
+def _refine(survey: Survey, sigmas: tuple[float, float]) -> tuple[Pose, ...]:
+    """Return the corrected poses of a survey, by standard deviations of positions (m) and attitudes (deg)."""
+    from aos_gcs.surveys.calibration.refinement import refine_poses  # noqa: PLC0415
+
+    with progress("Comparing images with their neighbours", len(survey.images)) as advance:
+        refined = refine_poses(survey, sigmas[0], math.radians(sigmas[1]), advance)
+    _doubt(sigmas, (refined.position_error_sigmas, refined.attitude_error_sigmas))
+    typer.echo(
+        f"poses of {refined.corrected} of {len(survey.images)} images corrected; median residual "
+        f"{refined.before_px:.2f} px before, {refined.after_px:.2f} px after"
+    )
+    return refined.poses
+
+
+def _doubt(sigmas: tuple[float, float], errors: tuple[float, float]) -> None:
+    """Say where recorded poses err by more than they are told to."""
+    for option, sigma, found in zip(("--position-sigma", "--attitude-sigma"), sigmas, errors, strict=True):
+        if found > MAX_ERROR_SIGMAS:
+            typer.echo(
+                f"Recorded poses err by more than {option} says, which bends the result: repeat with {option} "
+                f"{sigma * found:.2g} or more.",
+                err=True,
+            )
 
 
 def _report(values: NDArray[np.float64], covariance: NDArray[np.float64], is_determined: NDArray[np.bool_]) -> None:

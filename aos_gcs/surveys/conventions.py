@@ -41,6 +41,14 @@ class PoseConvention:
         R_opencv2cam = _R_CAM2OPENCV[self.camera_axes].T
         return Pose(self.R_file2world @ centre, self.R_file2world @ R_cam2file @ R_opencv2cam)
 
+    def matrix(self, pose: Pose) -> NDArray[np.float64]:
+        """Return the matrix of a pose, shape (3, 4): the inverse of :meth:`pose`."""
+        R_cam2file = self.R_file2world.T @ pose.R_cam2enu @ _R_CAM2OPENCV[self.camera_axes]
+        centre = self.R_file2world.T @ pose.position_enu_m
+        if self.is_camera_to_world:
+            return np.column_stack((R_cam2file, centre))
+        return np.column_stack((R_cam2file.T, -R_cam2file.T @ centre))
+
     def check(self, poses: Sequence[Pose]) -> None:
         """Refuse poses that cannot have been meant: cameras above a ground do not look up.
 

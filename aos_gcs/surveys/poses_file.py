@@ -153,6 +153,31 @@ def poses_document(
     return {**place, "images": entries}
 
 
+def corrected_document(
+    poses_file: Path, image_folder: Path, images: Sequence[tuple[Path, Pose]], convention: PoseConvention
+) -> dict[str, object]:
+    """Return a copy of a poses file's document with the poses of some of its images replaced.
+
+    Args:
+        poses_file: file that the images were read with.
+        image_folder: folder of the images.
+        images: files and new poses; other entries stay as they are.
+        convention: meaning of the file's matrices.
+
+    Raises:
+        InputDataError: if the file cannot be read any more.
+    """
+    document = _document(poses_file)
+    named = {path.relative_to(image_folder): pose for path, pose in images}
+    by_stem = {path.with_suffix(""): pose for path, pose in named.items()}
+    entries = []
+    for entry in document["images"]:
+        name = Path(entry["imagefile"])
+        pose = named.get(name) or by_stem.get(name.with_suffix(""))
+        entries.append(entry if pose is None else {**entry, "M3x4": convention.matrix(pose).tolist()})
+    return {**document, "images": entries}
+
+
 def _document(poses_file: Path) -> Mapping[str, Any]:
     try:
         with poses_file.open("rb") as file:

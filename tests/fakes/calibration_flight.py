@@ -16,7 +16,7 @@ from scipy.ndimage import map_coordinates
 
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.distortion import LensDistortion, LensModel
-from aos_gcs.geometry.poses import R_CAM2SENSOR_FRD, nadir_pose
+from aos_gcs.geometry.poses import R_CAM2SENSOR_FRD, Pose, nadir_pose
 from aos_gcs.geometry.rotations import R_from_rotation_vector, R_from_yaw_pitch_roll
 
 SPEED_MPS = 5.0
@@ -63,6 +63,7 @@ class CalibrationFlight:
         self.images.mkdir()
         self.poses = folder / "poses.json"
         self.document: dict[str, list[dict[str, Any]]] = {"images": []}
+        self.true_poses: list[Pose] = []
         rng, self._texture = np.random.default_rng(8), _texture()
         width, height = truth.size_px
         told = CameraModel.from_fov(width, height, math.radians(FOV_DEG))
@@ -89,7 +90,8 @@ class CalibrationFlight:
                 R_error = R_from_rotation_vector(rng.normal(scale=math.radians(truth.attitude_sigma_deg), size=3))
                 centre_m = recorded_m + along * SPEED_MPS * truth.clock_offset_s
                 centre_m = centre_m + rng.normal(scale=truth.position_sigma_m, size=3)
-                self._write(line, step, centre_m, R_recorded @ R_true2recorded @ R_error, rng)
+                self.true_poses.append(Pose(centre_m, R_recorded @ R_true2recorded @ R_error))
+                self._write(line, step, centre_m, self.true_poses[-1].R_cam2enu, rng)
                 rows = np.column_stack((R_recorded, recorded_m)).tolist()
                 self.document["images"].append(
                     {"imagefile": f"{line}_{step}.png", "M3x4": rows, "time_s": round(time_s, 6)}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -115,15 +116,54 @@ def test_poses_that_err_more_than_is_said_are_named(tmp_path: Path, capfd: pytes
     assert "Recorded poses err" not in capfd.readouterr().err
 
 
+def test_neighbours_correct_the_errors_of_single_poses(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    truth = Truth(
+        boresight_deg=(0.0, 0.0, 0.0),
+        clock_offset_s=0.0,
+        focal_error=0.0,
+        lens=(),
+        heights_m=(20.0,),
+        headings_deg=(0.0, 180.0),
+        attitude_sigma_deg=1.0,
+        position_sigma_m=0.05,
+    )
+    flight = CalibrationFlight(tmp_path, truth)
+    flight.document["images"].append({**flight.document["images"][0], "imagefile": "7_0.png", "note": "kept"})
+    flight.save()
+    (flight.images / "7_0.png").write_bytes((flight.images / "0_0.png").read_bytes())
+    refined = tmp_path / "refined.json"
+    arguments = ["calibrate", str(flight.images), "--poses", str(flight.poses), "--fov", str(FOV_DEG)]
+    arguments += ["--convention", "camera-to-world,enu", "--frames", "0:8", "--poses-out", str(refined)]
+    assert run([*arguments, "--position-sigma", "0.05", "--attitude-sigma", "1"]) == 0
+    assert "poses of 8 of 8 images corrected" in capfd.readouterr().out
+    entries = json.loads(refined.read_text())["images"]
+    assert entries[8] == flight.document["images"][8]
+
+    def scatter_m(images: list[dict[str, Any]]) -> float:
+        """Scatter of the places on the ground that frames show in their middle, about the true ones."""
+        M = np.array([entry["M3x4"] for entry in images[:8]])
+        R, centres_m = M[:, :, :3], M[:, :, 3]
+        truth_R = np.array([pose.R_cam2enu for pose in flight.true_poses])
+        true_m = np.array([pose.position_enu_m for pose in flight.true_poses])
+        places, true = (C[:, :2] - C[:, 2:] / A[:, 2:, 2] * A[:, :2, 2] for C, A in ((centres_m, R), (true_m, truth_R)))
+        return float(np.std(places - true, axis=0).mean())
+
+    assert scatter_m(entries) < 0.5 * scatter_m(flight.document["images"])
+
+
 def test_images_without_texture_are_refused(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     import cv2  # noqa: PLC0415
 
     flight = CalibrationFlight(tmp_path, Truth(heights_m=(20.0,), headings_deg=(0.0, 180.0)))
     for path in flight.images.iterdir():
         cv2.imwrite(str(path), np.full((144, 192), 90, dtype=np.uint8))
-    assert run(flight.arguments(tmp_path / "calibration.json")) == 2
+    out = tmp_path / "calibration.json"
+    assert run(flight.arguments(out)) == 2
     assert "have only 0 points in common" in capfd.readouterr().err
-    assert not (tmp_path / "calibration.json").exists()
+    arguments = [argument if argument != "--out" else "--poses-out" for argument in flight.arguments(out)]
+    assert run(arguments) == 2
+    assert "No 40 images in a row have 60 points in common" in capfd.readouterr().err
+    assert not out.exists()
 
 
 def test_bad_options_and_files_are_named(
@@ -136,6 +176,9 @@ def test_bad_options_and_files_are_named(
         (flight.arguments(tmp_path / "absent" / "file.json"), "absent"),
         (flight.arguments(flight.poses), f"Cannot write {flight.poses}: it is a file of the recording"),
         (flight.arguments(next(flight.images.iterdir())), "the name must end in .json"),
+        (flight.arguments(out)[:-2], "Nothing to write: give --out FILE.json"),
+        (flight.arguments(out, "--poses-out", flight.poses), "it is a file of the recording"),
+        (["calibrate", str(flight.images), "--poses-out", str(out)], "--poses-out writes a copy of a poses file"),
     ]
     bad = tmp_path / "bad.json"
     for content, message in (

@@ -58,6 +58,8 @@ class Adjusted:
 
     common: NDArray[np.float64]
     """Shape (``COMMON``,)."""
+    own: NDArray[np.float64]
+    """Errors of the recorded poses, shape (n, ``OWN``)."""
     covariance: NDArray[np.float64]
     """Shape (``COMMON``, ``COMMON``)."""
     sigma_px: float
@@ -162,6 +164,7 @@ def adjust(
     motion: ImageMotion,
     sigmas: Sigmas,
     fixed: NDArray[np.bool_],
+    min_sigma_px: float = MIN_SIGMA_PX,
 ) -> Adjusted:
     """Solve for the camera, its mount and its clock.
 
@@ -173,6 +176,7 @@ def adjust(
         motion: motion at the images.
         sigmas: standard deviations of the recorded poses.
         fixed: common unknowns that stay as they are, shape (``COMMON``,).
+        min_sigma_px: smallest standard deviation that a measured place is taken to have along each axis.
     """
     model = _Model(tracks, camera, poses, motion)
     # A standard deviation of next to nothing holds an unknown.
@@ -185,7 +189,7 @@ def adjust(
     damping = 1e-3
     covariance = np.diag(PRIOR_SIGMAS**2)
     for _ in range(ITERATIONS):
-        sigma_px = _sigma_px(residual)
+        sigma_px = _sigma_px(residual, min_sigma_px)
         system = _System.of(model, now, residual, sigma_px=sigma_px, tracks=tracks, information=information)
         cost = _cost(residual, now, sigma_px, information)
         while damping < 1e6:
@@ -204,12 +208,19 @@ def adjust(
     after_px = float(np.nanmedian(np.linalg.norm(residual, axis=1)))
     errors = np.sqrt(np.mean((now.own / own_sigmas).reshape(-1, 2, 3) ** 2, axis=(0, 2)))
     return Adjusted(
-        now.common, covariance, _sigma_px(residual), before_px, after_px, float(errors[0]), float(errors[1])
+        now.common,
+        now.own,
+        covariance,
+        _sigma_px(residual, min_sigma_px),
+        before_px,
+        after_px,
+        float(errors[0]),
+        float(errors[1]),
     )
 
 
-def _sigma_px(residual: NDArray[np.float64]) -> float:
-    return max(MIN_SIGMA_PX, 1.4826 * float(np.nanmedian(np.abs(residual))))
+def _sigma_px(residual: NDArray[np.float64], min_sigma_px: float) -> float:
+    return max(min_sigma_px, 1.4826 * float(np.nanmedian(np.abs(residual))))
 
 
 def _cost(
