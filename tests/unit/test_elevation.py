@@ -128,6 +128,35 @@ def test_undulations_are_those_of_the_grid_of_proj() -> None:
     assert geoid.undulation_m(latitude_deg, longitude_deg) == pytest.approx(expected_m, abs=1e-6)
 
 
+@pytest.mark.skipif(shutil.which("GeoidEval") is None, reason="needs Debian's geographiclib-tools")
+def test_undulations_are_those_of_geographiclib(tmp_path: Path) -> None:
+    geoid = find_geoid()
+    if geoid is None or geoid.grid.suffix != ".gtx":
+        pytest.skip("no grid of EGM96 is installed (Debian: proj-data)")
+    content = geoid.grid.read_bytes()
+    _, west, step_deg, _, rows, columns = struct.unpack(">4d2i", content[:40])
+    northern_first_m = np.frombuffer(content[40:], ">f4").reshape(rows, columns)[::-1]
+    from_greenwich_m = np.roll(northern_first_m, round(west / step_deg), axis=1)
+    header = (
+        "P5\n# Geoid file in PGM format for the GeographicLib::Geoid class\n# Offset -108\n# Scale 0.003\n"
+        f"# Origin 90N 0E\n# AREA_OR_POINT Point\n{columns} {rows}\n65535\n"
+    )
+    samples = np.round((from_greenwich_m + 108.0) / 0.003).astype(">u2").tobytes()
+    (tmp_path / "grid.pgm").write_bytes(header.encode() + samples)
+    rng = np.random.default_rng(1)
+    latitude_deg, longitude_deg = rng.uniform(-89.9, 89.9, 1000), rng.uniform(-179.9, 179.9, 1000)
+    lines = [f"{latitude:.9f} {longitude:.9f}" for latitude, longitude in zip(latitude_deg, longitude_deg, strict=True)]
+    evaluated = subprocess.run(  # noqa: S603 - a tool of Debian
+        [str(shutil.which("GeoidEval")), "-n", "grid", "-d", str(tmp_path), "-l"],
+        input="\n".join(lines),
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    expected_m = np.array(evaluated.stdout.split(), dtype=np.float64)
+    assert geoid.undulation_m(latitude_deg, longitude_deg) == pytest.approx(expected_m, abs=0.003)
+
+
 def test_ellipsoidal_heights_are_brought_to_sea_level(tmp_path: Path) -> None:
     path = write_model(tmp_path / "dsm.tif", "EPSG:4979", cell=5e-5)
     geoid = Geoid(write_geoid(tmp_path / "geoid.gtx", 45.0, slope_m_per_deg=2.0))
