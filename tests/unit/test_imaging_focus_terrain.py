@@ -11,7 +11,7 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import nadir_pose
 from aos_gcs.imaging.focus.autofocus import FocusCurve
 from aos_gcs.imaging.focus.region import GroundRegion, ViewRegion
-from aos_gcs.imaging.focus.terrain import TERRAIN_SIGMA_M, find_terrain_focus, judge_offsets
+from aos_gcs.imaging.focus.terrain import MIN_SIGMA_M, TERRAIN_SIGMA_M, find_terrain_focus, judge_offsets
 from aos_gcs.imaging.surfaces.terrain import Terrain
 
 OFFSETS_M = np.linspace(-5.0, 5.0, 41)
@@ -35,7 +35,7 @@ def test_a_significant_peak_is_taken(at_m: float) -> None:
     result = judge_offsets(OFFSETS_M, curve(9.0, at_m))
     assert result.by_frames
     assert result.offset_m == pytest.approx(at_m, abs=0.3)
-    assert result.sigma_m < 0.7
+    assert result.sigma_m == MIN_SIGMA_M
 
 
 def test_a_faint_peak_far_off_is_not_believed() -> None:

@@ -28,8 +28,11 @@ from aos_gcs.imaging.surfaces.terrain import Terrain
 TERRAIN_SIGMA_M = 1.5
 """Standard deviation of a terrain's height in the world of the poses, before the frames have been compared."""
 
-MIN_SIGMA_M = 0.5
-"""Smallest standard deviation of the offset: neither models nor poses are exact over a whole view."""
+MIN_SIGMA_M = 0.8
+"""Smallest standard deviation of the offset: neither models nor poses are exact over a whole view.
+
+In 15 windows of a recorded flight whose poses had been corrected, the root mean square of the errors was 0.85 m.
+"""
 
 STEPS_PER_SIGMA = 2.0
 
