@@ -106,6 +106,12 @@ def test_what_is_hot_is_told_by_its_share_and_by_how_much_warmer_it_is() -> None
     assert form_of(views_of(body_m)).spread_k < 0.3
 
 
+def test_the_edges_of_spots_in_images_out_of_focus_are_no_pattern_of_warmth() -> None:
+    views = views_of(box((0.5, 0.5, 0.5)), contrast_k=np.linspace(9.0, 15.0, 400))
+    spread_k = form_of(views).spread_k
+    assert form_of([replace(view, out_of_focus=True) for view in views]).spread_k == pytest.approx(spread_k / 1.7)
+
+
 def test_few_frames_pieces_of_a_few_pixels_and_several_bodies_in_one_tell_no_form() -> None:
     views = views_of(box((0.5, 0.5, 1.0)))
     assert form_sums([], 0.0).form() is None

@@ -25,8 +25,8 @@ def test_spots_behind_leaves_get_their_own_temperature_back(scene: np.ndarray) -
     noise = np.random.default_rng(2).normal(0.0, 0.08, scene.shape).astype(np.float32)
     image = blurred(scene) + noise
     assert np.median(image[scene == 25.0]) < 19.0
-    assert np.median(restored(image)[scene == 25.0]) == pytest.approx(25.0, abs=1.0)
-    assert np.median(restored(image)[scene == 20.0]) == pytest.approx(20.0, abs=0.3)
+    assert np.median(restored(image).image[scene == 25.0]) == pytest.approx(25.0, abs=1.0)
+    assert np.median(restored(image).image[scene == 20.0]) == pytest.approx(20.0, abs=0.3)
 
 
 def forest(*bodies: tuple[slice, float]) -> np.ndarray:
@@ -50,21 +50,23 @@ def test_optics_out_of_focus_are_told_by_the_image_and_their_blur_is_taken_back(
     scene = forest((slice(120, 131), 25.0), (where, 31.0))
     noise = np.random.default_rng(2).normal(0.0, 0.08, scene.shape).astype(np.float32)
     wide = blurred(scene, WIDE_BLUR_PX) + noise
-    lost_k, left_k = (31.0 - np.median(image[where, where]) for image in (wide, restored(wide)))
+    assert restored(wide).out_of_focus
+    assert not restored(blurred(scene) + noise).out_of_focus
+    lost_k, left_k = (31.0 - np.median(image[where, where]) for image in (wide, restored(wide).image))
     assert left_k < 0.6 * lost_k
-    usual = restored(blurred(scene) + noise)
+    usual = restored(blurred(scene) + noise).image
     assert np.median(usual[where, where]) == pytest.approx(31.0, abs=0.5)
     assert usual.max() < 33.0, "a sharper image is not sharpened as much: nothing gets warmer than it is"
 
 
 def test_an_image_without_blur_stays_as_it_is(scene: np.ndarray) -> None:
-    np.testing.assert_array_equal(restored(scene), scene)
+    np.testing.assert_array_equal(restored(scene).image, scene)
 
 
 def test_pixels_without_a_value_have_none_and_change_no_other(scene: np.ndarray) -> None:
     image = blurred(scene)
     image[60:, 60:] = np.nan
-    sharp = restored(image)
+    sharp = restored(image).image
     np.testing.assert_array_equal(np.isnan(sharp), np.isnan(image))
-    np.testing.assert_allclose(sharp[:52, :52], restored(blurred(scene))[:52, :52], atol=1e-3)
-    assert np.isnan(restored(np.full((8, 8), np.nan))).all()
+    np.testing.assert_allclose(sharp[:52, :52], restored(blurred(scene)).image[:52, :52], atol=1e-3)
+    assert np.isnan(restored(np.full((8, 8), np.nan)).image).all()

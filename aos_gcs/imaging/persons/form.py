@@ -41,6 +41,9 @@ _HEIGHTS_M2, _HEIGHTS_SIGMA_M2 = 0.08, 0.12
 _BIN_K = 0.25
 _BINS = 160
 """Contrasts up to 40 K; what is hotter than any skin counts in the last bin."""
+_OUT_OF_FOCUS_SPREAD = 1.7
+"""Spread of contrasts in sharpened images of optics out of focus over that in others: the edges of spots between leaves
+stay cooler than their middles."""
 _EDGES_K = _BIN_K * np.arange(_BINS + 1)
 
 
@@ -82,6 +85,8 @@ class FormSums:
     moments_by_slopes_m2: float = 0.0
     counts: NDArray[np.int64] = field(default_factory=lambda: np.zeros(_BINS, dtype=np.int64))
     """Pixels per bin of contrast."""
+    out_of_focus: float = 0.0
+    """Weight of the frames whose optics were out of focus."""
 
     def __add__(self, other: FormSums) -> FormSums:
         """Return the sums over the frames of both."""
@@ -93,6 +98,7 @@ class FormSums:
             self.slopes_squared + other.slopes_squared,
             self.moments_by_slopes_m2 + other.moments_by_slopes_m2,
             self.counts + other.counts,
+            self.out_of_focus + other.out_of_focus,
         )
 
     def form(self) -> Form | None:
@@ -113,7 +119,8 @@ class FormSums:
             width_m=max(_UNIFORM * math.sqrt(max(float(minor_m2), 0.0)), _LEAST_M),
             heights_m2=float(heights_m2),
             heights_sigma_m2=_SCATTER_M2 / math.sqrt(information),
-            spread_k=float(warmest_k - middle_k),
+            spread_k=float(warmest_k - middle_k)
+            / (1.0 + (_OUT_OF_FOCUS_SPREAD - 1.0) * self.out_of_focus / self.weight),
             hot_share=1.0 - float(np.interp((middle_k + warmest_k) / 2.0, _EDGES_K, below)),
         )
 
@@ -154,4 +161,5 @@ def form_sums(body: Sequence[WarmView], plane_height_m: float) -> FormSums:
         slopes_squared=float(pixels @ (slopes**2).sum(axis=1)),
         moments_by_slopes_m2=float((weighted_m2 * slopes).sum()),
         counts=np.bincount(bins, minlength=_BINS),
+        out_of_focus=float(pixels @ np.array([view.out_of_focus for view in views])),
     )

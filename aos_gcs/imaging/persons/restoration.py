@@ -9,6 +9,7 @@ Optics out of focus leave no fine texture anywhere.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import lru_cache
 
 import cv2
@@ -52,7 +53,17 @@ _TEXTURE_K = 2.0
 _BACKGROUND_STRIDE = 4
 
 
-def restored(thermal: NDArray[np.number]) -> NDArray[np.float32]:
+@dataclass(frozen=True, slots=True, eq=False)
+class Restored:
+    """A thermal image without the blur of its optics."""
+
+    image: NDArray[np.float32]
+    """Shape (H, W)."""
+    out_of_focus: bool = False
+    """Whether its optics were: then small spots are still cooler than what they show."""
+
+
+def restored(thermal: NDArray[np.number]) -> Restored:
     """Return a thermal image, shape (H, W), as before the blur of its optics; pixels without a value stay so.
 
     The blur is the usual one, or that of optics out of focus where texture and the warmest body show it. An image that
@@ -63,14 +74,14 @@ def restored(thermal: NDArray[np.number]) -> NDArray[np.float32]:
     if has_gaps := bool(is_missing.any()):
         image = np.where(is_missing, np.float32(0.0) if is_missing.all() else np.nanmedian(image), image)
     median = float(np.median(image[::_BACKGROUND_STRIDE, ::_BACKGROUND_STRIDE]))
-    if _is_out_of_focus(image, median):
+    if out_of_focus := _is_out_of_focus(image, median):
         sharp = _sharpened(image, WIDE_BLUR_PX, _WIDE_NOISE)
     else:
         sharp = _sharpened(image, BLUR_PX, _NOISE)
         rims_k = _rims_k(image, sharp, median)
         if len(rims_k) and np.quantile(rims_k, _RIM_SHARE) < _RIM_K:
             sharp = image
-    return np.where(is_missing, np.float32(np.nan), sharp) if has_gaps else sharp
+    return Restored(np.where(is_missing, np.float32(np.nan), sharp) if has_gaps else sharp, out_of_focus)
 
 
 def _is_out_of_focus(image: NDArray[np.float32], median: float) -> bool:

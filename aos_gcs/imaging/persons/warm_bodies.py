@@ -62,6 +62,8 @@ class WarmView:
     """Standard deviation of the frame's time of exposure; None where it is not known."""
     speed_mps: float = 0.0
     """Speed of the camera at exposure; 0 where it hovers."""
+    out_of_focus: bool = False
+    """Whether the camera's optics were: small spots are cooler than what they show, also sharpened."""
 
     @property
     def area_m2(self) -> float:
@@ -118,8 +120,9 @@ def warm_view(frame: Frame, plane_height_m: float = 0.0, min_contrast_k: float =
     if "thermal" not in frame.bands:
         raise ImagingError(f"Warm bodies need a band 'thermal', but the frame has {', '.join(frame.bands)}.")
     thermal = restored(frame.image[..., frame.bands.index("thermal")])
-    contrast_k = thermal - np.nanmedian(thermal[::_BACKGROUND_STRIDE, ::_BACKGROUND_STRIDE])
-    return view_above(frame, contrast_k, min_contrast_k, plane_height_m)
+    contrast_k = thermal.image - np.nanmedian(thermal.image[::_BACKGROUND_STRIDE, ::_BACKGROUND_STRIDE])
+    view = view_above(frame, contrast_k, min_contrast_k, plane_height_m)
+    return replace(view, out_of_focus=thermal.out_of_focus)
 
 
 def view_above(
