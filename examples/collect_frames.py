@@ -75,7 +75,7 @@ def main() -> None:
         vehicles=arguments.vehicles,
         area_enu_m=((0.0, 0.0), (width_m, 0.0), (width_m, length_m), (0.0, length_m)),
         driver=arguments.driver,
-        flight=FlightSettings(lowest_layer_m=arguments.height, layer_spacing_m=3.0),
+        flight=FlightSettings(lowest_layer_m=arguments.height, layer_spacing_m=3.5),
     )
     asyncio.run(run([arguments.link], options, arguments.folder, arguments.stations, arguments.step))
 

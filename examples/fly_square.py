@@ -41,7 +41,7 @@ def main() -> None:
         vehicles=arguments.vehicles,
         area_enu_m=((0.0, 0.0), (reach_m, 0.0), (reach_m, reach_m), (0.0, reach_m)),
         driver=arguments.driver,
-        flight=FlightSettings(lowest_layer_m=arguments.height, layer_spacing_m=3.0),
+        flight=FlightSettings(lowest_layer_m=arguments.height, layer_spacing_m=3.5),
     )
     asyncio.run(run(arguments.links, options, arguments.side))
 

@@ -26,7 +26,7 @@ class Spacing:
         ConfigurationError: a value is out of its range; the text names its option.
     """
 
-    layers_m: float = 2.0
+    layers_m: float = 2.5
     """Vertical distance of two altitude layers."""
     launch_m: float = 5.0
     """Distance of two launch points."""

@@ -54,7 +54,7 @@ class FlightSettings(_Positive):
 
     lowest_layer_m: float = 35.0
     """Height of the lowest altitude layer; h in the papers."""
-    layer_spacing_m: float = 2.0
+    layer_spacing_m: float = 2.5
     """Vertical distance of two vehicles' layers. The papers simulate 1 m; vehicles without RTK need 3 m and more."""
     cruise_speed_mps: float = 10.0
     search_speed_mps: float = 5.0

@@ -36,7 +36,7 @@ LONG_AREA_ENU_M = ((-8.0, 8.0), (8.0, 8.0), (8.0, 70.0), (-8.0, 70.0))
 """An area whose leg takes 12 s at the speed of a sweep, with the warm spot of the tests' ground in its middle."""
 SEARCH_S, LONG_SEARCH_S = 20.0, 45.0
 """Time from the launch after which all return, by area."""
-SPACING_M = {"none": (2.0, 3.0), "rtk": (2.0, 3.0), "gnss": (10.0, 12.0)}
+SPACING_M = {"none": (2.5, 3.0), "rtk": (2.5, 3.0), "gnss": (10.0, 12.0)}
 """Range of the layers' spacing, by the kind of errors."""
 LAUNCH_SPACING_M = {"none": 5.0, "rtk": 5.0, "gnss": 15.0}
 """Distance of two launch points, by the kind of errors; preflight refuses less."""

@@ -59,9 +59,7 @@ def failures(flight: Flight) -> set[str]:
     ],
     ids=["honest", "believed to be RTK"],
 )
-async def test_altitudes_that_err_by_metres_are_refused_with_layers_of_two(
-    reported: tuple[int, float, float], names: set[str]
-) -> None:
+async def test_altitudes_that_err_by_metres_are_refused(reported: tuple[int, float, float], names: set[str]) -> None:
     flight = prepare(6, errors=BAD)
     report(flight, *reported)
     async with watched(flight) as run:
@@ -133,8 +131,8 @@ def told(flight: Flight) -> list[str]:
 @pytest.mark.parametrize(
     ("reported", "words"),
     [
-        ({"vertical_accuracy_m": 1.5}, "its altitude is accurate to ± 3.0 m only (95 %), layers of 2 m allow ± 0.2 m"),
-        ({"gps_fix": 3}, "it has lost its RTK fix, which layers of 2 m need"),
+        ({"vertical_accuracy_m": 1.5}, "its altitude is accurate to ± 3.0 m only (95 %), layers of 2.5 m allow ± 0.2"),
+        ({"gps_fix": 3}, "it has lost its RTK fix, which layers of 2.5 m need"),
         ({"altitude_test_ratio": 1.2}, "its estimator rejects the heights that it measures (120% of what it accepts)"),
     ],
     ids=["accuracy", "fix", "estimator"],
@@ -202,19 +200,19 @@ async def test_an_accuracy_that_was_overridden_on_the_ground_is_not_found_again_
         await flight.until(run.done)
 
 
-async def test_layers_above_two_metres_without_rtk_need_accurate_altitudes_only() -> None:
+async def test_layers_of_three_metres_without_rtk_need_accurate_altitudes_only() -> None:
     flight = prepare(4, flight=FlightSettings(layer_spacing_m=3.0))
-    report(flight, 3, 0.3, 0.3)
+    report(flight, 3, 0.3, 0.25)
     async with watched(flight) as run:
         pass
     assert run.result() is Outcome.FOUND
     assert flight.smallest_m >= SEPARATION_M
 
 
-async def test_layers_of_two_metres_need_rtk_even_where_altitudes_seem_accurate() -> None:
+async def test_layers_below_three_metres_need_rtk_even_where_altitudes_seem_accurate() -> None:
     flight = prepare(4)
     report(flight, 3, 0.02, 0.03)
     async with watched(flight):
         await flight.until(lambda: failures(flight) == {"altitude accuracy"})
     (check, *_) = [check for check in flight.view.snapshot().preflight if check.name == "altitude accuracy"]
-    assert "layers of 2 m need an RTK fix" in check.remedy
+    assert "layers of 2.5 m need an RTK fix" in check.remedy

@@ -115,7 +115,7 @@ async def test_over_level_ground_layers_that_follow_are_level(tmp_path: Path) ->
         assert await run is Outcome.FOUND
     assert not of_check(flight, checks.RETURN_CLIMB)
     sent = [one.sent_enu_m for step in flight.view.steps() for one in step.waypoints if one.sent_enu_m is not None]
-    assert np.array(sent)[:, 2].reshape(-1, 2) == pytest.approx(np.tile((35.0, 37.0), (len(sent) // 2, 1)), abs=0.05)
+    assert np.array(sent)[:, 2].reshape(-1, 2) == pytest.approx(np.tile((35.0, 37.5), (len(sent) // 2, 1)), abs=0.05)
 
 
 async def test_returns_clear_the_highest_ground_at_heights_of_their_own_and_climbs_are_to_be_accepted(
@@ -131,7 +131,7 @@ async def test_returns_clear_the_highest_ground_at_heights_of_their_own_and_clim
         )
         surface = flight.mission.sortie.context.roster.layers.known_surface()
         assert surface.highest_m >= RIDGE_M - 0.5
-        for vehicle_id, layer_m in ((1, 35.0), (2, 37.0), (3, 39.0)):
+        for vehicle_id, layer_m in ((1, 35.0), (2, 37.5), (3, 40.0)):
             height_m = flight.fleet.members[vehicle_id].return_height_m
             assert height_m == pytest.approx(layer_m + surface.highest_m, abs=0.1)
         climbs = of_check(flight, CLIMB)
@@ -187,7 +187,7 @@ async def test_one_that_leaves_flies_home_in_its_layer_and_another_joins_in_it(t
             await flight.clock.sleep(0.2)
         surface = flight.mission.sortie.context.roster.layers.known_surface()
         place_m = joining.true_enu_m()
-        assert place_m[2] - surface.at(place_m) == pytest.approx(37.0, abs=0.5), "the layer that became free"
+        assert place_m[2] - surface.at(place_m) == pytest.approx(37.5, abs=0.5), "the layer that became free"
         await flight.commands.act(Action.RETURN, None)
         await run
         watch.cancel()

@@ -83,7 +83,7 @@ async def test_one_more_takes_the_lowest_layer_that_is_free() -> None:
         assert [result.vehicle_id for result in await flight.commands.act(Action.JOIN, (5,))] == [5]
         await flight.until(lambda: flight.task(5) is Task.SWARM)
         layers_m = [v.layer_height_m for v in flight.view.snapshot().vehicles]
-        assert layers_m == [35.0, 37.0, 39.0, 41.0, 43.0]
+        assert layers_m == [35.0, 37.5, 40.0, 42.5, 45.0]
         await flight.commands.act(Action.ABORT, None)
         await run
 
@@ -102,7 +102,7 @@ async def test_who_joins_returns_by_itself_in_its_new_layer_also_when_it_has_flo
         assert [result.accepted for result in results] == [True, True]
         await flight.until(lambda: [flight.task(2), flight.task(5)] == [Task.SWARM] * 2)
         assert [flight.fleet.members[number].return_height_m for number in (2, 5)] == pytest.approx(
-            [35.0, 37.0], abs=0.1
+            [35.0, 37.5], abs=0.1
         )
         await flight.commands.act(Action.ABORT, None)
         await run

@@ -36,7 +36,7 @@ async def test_a_mission_without_area_waits_for_a_plan_and_flies_it() -> None:
         await until_phase(flight, Phase.READY)
         snapshot = flight.view.snapshot()
         assert snapshot.area_enu_m == AREA_ENU_M
-        assert [vehicle.layer_height_m for vehicle in snapshot.vehicles] == [30.0, 32.0]
+        assert [vehicle.layer_height_m for vehicle in snapshot.vehicles] == [30.0, 32.5]
 
         await flight.commands.act(Action.START, None)
         with pytest.raises(MissionError, match="has started"):

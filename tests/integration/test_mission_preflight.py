@@ -85,7 +85,7 @@ async def test_the_written_fence_is_the_one_that_the_mission_keeps() -> None:
         ):
             corners = [frame.to_geodetic(np.array([*corner, 0.0])) for corner in ring_enu_m]
             assert ring == tuple((round(c.latitude_deg, 7), round(c.longitude_deg, 7)) for c in corners)
-        assert fence.ceiling_above_home_m == 42.0
+        assert fence.ceiling_above_home_m == 42.5
 
 
 async def test_vehicles_are_not_asked_again_and_again() -> None:
@@ -193,15 +193,15 @@ async def test_return_heights_are_those_of_the_layers_until_all_have_landed() ->
     first.return_height_m = 60.0
     async with flying(flight) as run:
         await until_ready(flight)
-        assert [first.return_height_m, second.return_height_m] == pytest.approx([35.0, 37.0], abs=0.1)
-        assert check_of(flight, 2, checks.RETURN_HEIGHT).text.startswith("37")
+        assert [first.return_height_m, second.return_height_m] == pytest.approx([35.0, 37.5], abs=0.1)
+        assert check_of(flight, 2, checks.RETURN_HEIGHT).text.startswith("37.5")
         assert [(record.vehicle_id, record.former, record.is_restored) for record in flight.recorder.settings] == [
             (1, {"RTL_ALT": 6000.0}, False),
             (2, {"RTL_ALT": 3000.0}, False),
         ]
         await flight.commands.act(Action.START, None)
         await flight.until(lambda: len(flight.view.steps()) == 1)
-        assert [first.return_height_m, second.return_height_m] == pytest.approx([35.0, 37.0], abs=0.1)
+        assert [first.return_height_m, second.return_height_m] == pytest.approx([35.0, 37.5], abs=0.1)
         await run
     assert [first.return_height_m, second.return_height_m] == [60.0, 30.0]
     assert sorted(record.vehicle_id for record in flight.recorder.settings if record.is_restored) == [1, 2]
@@ -230,7 +230,7 @@ async def test_return_heights_are_not_written_unless_told_to_but_refuse_the_laun
         assert "preflight.set_return_height" in check.remedy
         assert check_of(flight, 1, checks.RETURN_HEIGHT).status is CheckStatus.PASS
         assert flight.fleet.members[2].return_height_m == 60.0
-        flight.fleet.members[2].return_height_m = 37.0
+        flight.fleet.members[2].return_height_m = 37.5
         await until_ready(flight)
         await flight.commands.act(Action.ABORT, None)
         await run
@@ -275,7 +275,7 @@ async def test_launch_points_behind_one_another_get_layers_from_the_front_up() -
         vehicle.return_height_m = 20.0
     async with flying(flight) as run:
         await until_ready(flight)
-        assert [vehicle.layer_height_m for vehicle in flight.view.snapshot().vehicles] == [39.0, 37.0, 35.0]
+        assert [vehicle.layer_height_m for vehicle in flight.view.snapshot().vehicles] == [40.0, 37.5, 35.0]
         assert check_of(flight, 1, checks.DESCENT).status is CheckStatus.PASS
         await flight.commands.act(Action.ABORT, None)
         await run

@@ -16,7 +16,7 @@ from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.model.steps import StepRecord
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.search.splitting import NEAR_M
-from aos_gcs.planning.settings import DetectionSettings, SearchMode, SearchSettings
+from aos_gcs.planning.settings import DetectionSettings, FlightSettings, PreflightSettings, SearchMode, SearchSettings
 from aos_gcs.ports import FlightMode, Goto
 from aos_gcs.runtime.verification import Verification, verify_mission
 from aos_gcs.runtime.virtual_time import run as run_virtually
@@ -30,13 +30,19 @@ virtual = pytest.mark.looptime
 PERSON = (3.0, 40.0)
 AREA = ((-15.0, 10.0), (15.0, 10.0), (15.0, 120.0), (-15.0, 120.0))
 LONG_LOOK = DetectionSettings(threshold_m2=0.3, found_min_count=2, hold_steps=12)
+CLOSE_LAYERS = FlightSettings(layer_spacing_m=2.0)
+"""Layers from which all eight see the person large enough; there are no gusts."""
+OVERRIDDEN = PreflightSettings(
+    upload_fence=True, overrides=dict.fromkeys(("home altitude", "altitude accuracy"), "no gusts")
+)
 WAITS = "The vehicles that scan on stop and wait for the close look: "
 
 
 def split_flight(
     n: int = 8, target: tuple[float, float] = PERSON, *, search: SearchSettings | None = None, **changes: object
 ) -> Flight:
-    changes = {"area_enu_m": AREA, "camera_delay_s": 0.6, "errors": EXACT, "detection": LONG_LOOK} | changes
+    defaults = {"area_enu_m": AREA, "camera_delay_s": 0.6, "errors": EXACT, "detection": LONG_LOOK}
+    changes = defaults | {"flight": CLOSE_LAYERS, "preflight": OVERRIDDEN} | changes
     return prepare(n, target, search=search or SearchSettings(split=True), **changes)
 
 

@@ -192,7 +192,7 @@ async def test_a_changed_plan_is_not_flown_on_by_and_landed_vehicles_are_no_flig
     landed = prepare(3, former=FormerFlight(last, None, 0.0), flight=FlightSettings(lowest_layer_m=31.0))
     async with flying(landed) as run:
         await landed.until(lambda: landed.mission.phase is Phase.SCAN)
-        assert [one.layer_height_m for one in landed.view.snapshot().vehicles] == [31.0, 33.0, 35.0]
+        assert [one.layer_height_m for one in landed.view.snapshot().vehicles] == [31.0, 33.5, 36.0]
         await landed.commands.act(Action.ABORT, None)
         await run
 

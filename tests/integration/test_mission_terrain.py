@@ -112,7 +112,7 @@ async def test_heights_above_ground_are_told_and_one_below_the_floor_is_an_alarm
     async with flying(flight) as run:
         await flight.until(lambda: flight.mission.phase is Phase.SCAN)
         heights_m = [vehicle.height_above_ground_m for vehicle in flight.view.snapshot().vehicles]
-        assert heights_m == pytest.approx([35.0, 37.0], abs=0.5)
+        assert heights_m == pytest.approx([35.0, 37.5], abs=0.5)
         assert not any("above the ground, below the floor" in text for text in flight.texts())
         low.goal_enu_m = low.start_enu_m = low.position_enu_m() - np.array([0.0, 0.0, 12.0])
         await flight.until(lambda: any("below the floor of 30 m" in text for text in flight.texts()))

@@ -41,10 +41,10 @@ def check_of(flight: Flight, vehicle_id: int, name: str) -> PreflightCheck:
     ids=["named", "counted"],
 )
 async def test_a_spare_vehicle_is_neither_armed_nor_given_a_layer(named: dict[str, object], flown: set[int]) -> None:
-    flight = prepare(5, vehicles=3, safety=SafetyOverrides(ceiling_m=40.0), **named)
+    flight = prepare(5, vehicles=3, safety=SafetyOverrides(ceiling_m=41.0), **named)
     async with flying(flight) as run:
         await flight.until(lambda: len(flight.view.steps()) == 1)
-        assert [height_m for height_m in layers_m(flight) if height_m is not None] == [35.0, 37.0, 39.0]
+        assert [height_m for height_m in layers_m(flight) if height_m is not None] == [35.0, 37.5, 40.0]
         assert {v.telemetry.vehicle_id for v in flight.view.snapshot().vehicles if v.takes_part} == flown
         await flight.commands.act(Action.RETURN, None)
         await run
@@ -81,15 +81,15 @@ async def test_without_names_nothing_starts_until_an_operator_has_chosen() -> No
 
 
 async def test_more_vehicles_than_fit_below_the_ceiling_do_not_launch() -> None:
-    flight = prepare(5, vehicles=3, safety=SafetyOverrides(ceiling_m=40.0), **BY_HAND)
+    flight = prepare(5, vehicles=3, safety=SafetyOverrides(ceiling_m=41.0), **BY_HAND)
     async with flying(flight) as run:
         await flight.until(lambda: flight.mission.phase is Phase.READY)
         await flight.commands.act(Action.CHOOSE, (1, 2, 3, 4))
-        await flight.until(lambda: layers_m(flight)[3] == 41.0)
+        await flight.until(lambda: layers_m(flight)[3] == 42.5)
         await flight.clock.sleep(10.0)
         assert flight.mission.phase is Phase.PREFLIGHT
         check = check_of(flight, 4, checks.ALTITUDE_LAYER)
-        assert (check.status, check.text) == (CheckStatus.FAIL, "41 m, outside of 30 to 40 m")
+        assert (check.status, check.text) == (CheckStatus.FAIL, "42.5 m, outside of 30 to 41 m")
         await flight.commands.act(Action.ABORT, None)
         await run
 

@@ -172,8 +172,8 @@ def test_invalid_toml(tmp_path: Path, refusal) -> None:
         ("[safety]\ngap_m = 1", "safety.gap_m is unknown"),
         ("[safety]\nseparation_m = 'wide'", "safety.separation_m"),
         ("[safety]\nseparation_m = -1", "separation_m must be above 0"),
-        ("[safety]\nfloor_m = 36", "the altitude layers, 35 to 37 m, must lie between floor_m and ceiling_m"),
-        ("[safety]\nceiling_m = 36", "the altitude layers, 35 to 37 m, must lie between floor_m and ceiling_m"),
+        ("[safety]\nfloor_m = 36", "the altitude layers, 35 to 37.5 m, must lie between floor_m and ceiling_m"),
+        ("[safety]\nceiling_m = 36", "the altitude layers, 35 to 37.5 m, must lie between floor_m and ceiling_m"),
         ("[safety]\nfence_deg = [[48, 14], [48, 15], [49, 15]]", "safety.fence_deg needs mission.origin_deg"),
         ("[safety]\nfence_deg = [[48, 214]]", "safety.fence_deg.0.1"),
         ("[link.options]\nbaud = 9600", "link.options.baud is unknown"),
@@ -219,6 +219,6 @@ def test_a_plan_says_how_the_aperture_suits_the_forest(
         main(["--log-level", "error", "run", str(file), "--plan"])
     assert stop.value.code == 0
     output = capsys.readouterr().out
-    assert output.startswith("c4 4.2 m (useful from 4.3 m), 2 vehicles")
+    assert output.startswith("c4 4.2 m (useful from 4.4 m), 2 vehicles")
     assert "10 reach 95%" in output
     assert not (tmp_path / "missions").exists()

@@ -32,7 +32,7 @@ async def test_a_replacement_joins_and_one_that_must_not_stays_on_the_ground(mon
         assert "battery" in refused.text
         await flight.until(lambda: flight.task(JOINS) is Task.SWARM)
         layers_m = {v.telemetry.vehicle_id: v.layer_height_m for v in flight.mission.view.snapshot().vehicles}
-        assert layers_m[JOINS] == max(layers_m[number] or 0.0 for number in (1, 2, 3)) + 2.0
+        assert layers_m[JOINS] == max(layers_m[number] or 0.0 for number in (1, 2, 3)) + 2.5
         assert flight.swarm.vehicle(JOINS).autopilot.parameters["RTL_ALT"] == pytest.approx(
             100.0 * layers_m[JOINS], abs=1
         )

@@ -79,7 +79,7 @@ def test_layers_that_cannot_follow_a_gorge_are_told_where(tmp_path: Path, capsys
     model, plan = write_model(tmp_path / "dtm.tif", "EPSG:32633+5773", heights=heights), tmp_path / "plan.toml"
     plan.write_text(PLAN.replace("800.0", "700.0"))
     assert check(model, "--kind", "terrain", "--plan", plan) == 0
-    assert "19.0 m beyond the ceiling of 120 m at 47." in capsys.readouterr().out
+    assert "20.0 m beyond the ceiling of 120 m at 47." in capsys.readouterr().out
 
 
 def test_a_hole_below_the_area_is_told_and_fails(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -15,7 +15,7 @@ from aos_gcs.mission.journal import Journal
 from aos_gcs.ports import Clock, FlightMode, LandedState, VehicleState
 
 STEP_S, GROUND_M, LAYER_M = 0.2, 260.0, 20.0
-SEPARATION_M, SPACING_M = 1.5, 2.3
+SEPARATION_M, SPACING_M = 1.5, 2.5
 
 
 def state(height_m: float, *, flies: bool) -> VehicleState:

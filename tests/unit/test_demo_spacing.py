@@ -11,7 +11,7 @@ from aos_gcs.runtime.demo import DemoOptions, _simulator_command, _tables
 from aos_sim.swarm import SwarmOptions, home_positions_enu_m
 
 
-@pytest.mark.parametrize(("errors", "layers_m", "launch_m"), [("rtk", 2.0, "5.0"), ("gnss", 7.5, "10.0")])
+@pytest.mark.parametrize(("errors", "layers_m", "launch_m"), [("rtk", 2.5, "5.0"), ("gnss", 7.5, "10.0")])
 def test_service_and_simulator_are_told_the_distances_of_a_grade(errors: str, layers_m: float, launch_m: str) -> None:
     options = DemoOptions(errors=errors)
     settings = mission_settings(parse_config(_tables(options, 14550), source="demo"))

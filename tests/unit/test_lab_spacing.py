@@ -3,18 +3,27 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
+from typing import cast
 
+import numpy as np
 import pytest
 
 from aos_gcs.airspace.accuracy import CONFIDENCE, Accuracy, beside_errors_m, greatest_accuracy_m
 from aos_gcs.airspace.limits import UNLIMITED
 from aos_gcs.errors import ConfigurationError
+from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.imaging.geolocation import Uncertainty
 from aos_gcs.lab.flights import FlightParameters, build_flight
 from aos_gcs.lab.missions.model import MissionsSettings
 from aos_gcs.lab.spacing import spacing_for
+from aos_gcs.planning.settings import FlightSettings
+from aos_gcs.ports import Clock, FlightMode
 from aos_gcs.runtime.virtual_mission import mission_settings
 from aos_sim.errors.model import GRADES
+from aos_sim.flights.swarm import FlownSwarm
+
+ORIGIN = GeodeticPosition(48.3, 14.3, 400.0)
 
 
 @pytest.mark.parametrize("grade", GRADES)
@@ -50,3 +59,27 @@ def test_missions_without_corrections_reckon_with_their_accuracy_and_learn_poses
 def test_spacings_out_of_range_name_the_option(field: str, value: float) -> None:
     with pytest.raises(ConfigurationError, match=f"--{field.removesuffix('_m').replace('_', '-')} must lie within 1"):
         MissionsSettings(**{field: value})
+
+
+@pytest.mark.parametrize("speed_mps", [FlightSettings().leg_speed_mps, FlightSettings().cruise_speed_mps])
+def test_vehicles_in_neighbouring_layers_keep_the_separation_in_gusts(speed_mps: float) -> None:
+    """Pairs that pass above each other in the middle of their ways, 800 times."""
+    pairs, leg_m, layers_m = 40, 40.0, (35.0, 35.0 + spacing_for("rtk").layers_m)
+    clock = SimpleNamespace(s=0.0)
+    homes_enu_m = np.array([[20.0 * pair, 3.0 * one, 0.0] for pair in range(pairs) for one in range(2)])
+    swarm = FlownSwarm(
+        cast("Clock", SimpleNamespace(now_s=lambda: clock.s)), LocalFrame(ORIGIN), homes_enu_m, GRADES["rtk"], seed=5
+    )
+    for leg in range(20):
+        for row, pilot in enumerate(swarm.pilots):
+            pair, one = divmod(row, 2)
+            pilot.armed = pilot.lifting = True
+            pilot.speed_mps = speed_mps
+            north_m = leg_m * ((leg + one) % 2)
+            # The first leg leads up, side by side.
+            place_enu_m = np.array([20.0 * pair + (3.0 * one if leg == 0 else 0.0), north_m, layers_m[one]])
+            pilot.fly(FlightMode.GUIDED, place_enu_m)
+        clock.s += leg_m / speed_mps + (25.0 if leg == 0 else 6.0)
+        swarm.advance()
+    assert swarm.min_separation_m is not None
+    assert swarm.min_separation_m >= UNLIMITED.separation_m

@@ -159,7 +159,7 @@ async def test_a_layer_that_somebody_flies_in_is_not_free() -> None:
     ]
 
 
-async def altitude_checks(spacing_m: float = 2.0, **changes: Any) -> dict[str, PreflightCheck]:
+async def altitude_checks(spacing_m: float = 2.5, **changes: Any) -> dict[str, PreflightCheck]:
     roster = await two_vehicles(**changes)
     found = check_altitudes(roster, roster.members(), 1.5, spacing_m)
     return {check.name: check for check in found if check.vehicle_id == 2}
@@ -169,9 +169,10 @@ async def altitude_checks(spacing_m: float = 2.0, **changes: Any) -> dict[str, P
     ("changes", "spacing_m", "text", "remedy"),
     [
         ({"vertical_accuracy_m": None}, 5.0, "not reported, RTK fix", "send MAVLink 2"),
-        ({"vertical_accuracy_m": 0.2}, 2.0, "± 0.40 m (95 %), RTK fix", "set the layer spacing to 2.3 m or more"),
-        ({"vertical_accuracy_m": 1.5}, 5.0, "± 3.00 m (95 %), RTK fix", "set the layer spacing to 6.0 m or more"),
-        ({"gps_fix": 3}, 2.0, "± 0.06 m (95 %), 3D fix", "layers of 2 m need an RTK fix"),
+        ({"vertical_accuracy_m": 0.2}, 2.5, "± 0.40 m (95 %), RTK fix", "set the layer spacing to 2.8 m or more"),
+        ({"vertical_accuracy_m": 0.03}, 2.2, "± 0.06 m (95 %), RTK fix", "set the layer spacing to 2.3 m or more"),
+        ({"vertical_accuracy_m": 1.5}, 5.0, "± 3.00 m (95 %), RTK fix", "set the layer spacing to 6.4 m or more"),
+        ({"gps_fix": 3}, 2.5, "± 0.06 m (95 %), 3D fix", "layers of 2.5 m need an RTK fix"),
         ({"altitude_test_ratio": 0.9}, 5.0, "estimator in doubt (90% of what it accepts)", "restart it"),
     ],
 )
@@ -182,13 +183,13 @@ async def test_altitudes_must_be_accurate_enough_for_the_layers(
     assert (check.status, check.overridable) == (CheckStatus.FAIL, True)
     assert text in check.text
     assert remedy in check.remedy
-    assert (await altitude_checks(2.0))["altitude accuracy"].status is CheckStatus.PASS
+    assert (await altitude_checks())["altitude accuracy"].status is CheckStatus.PASS
 
 
 async def test_homes_that_disagree_by_more_than_the_layers_bear_fail() -> None:
     home = replace(ORIGIN, altitude_amsl_m=ORIGIN.altitude_amsl_m + 2.0)
     changes = {"home": home, "position": home, "height_above_home_m": 0.0}
-    check = (await altitude_checks(2.0, **changes))["home altitude"]
+    check = (await altitude_checks(2.5, **changes))["home altitude"]
     assert (check.status, check.overridable) == (CheckStatus.FAIL, True)
     assert check.text == "1.0 m above the median of all"
     assert "0.2 m are allowed" in check.remedy

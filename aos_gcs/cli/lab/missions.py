@@ -66,7 +66,7 @@ def missions(
     layer_spacing: Annotated[
         float | None,
         typer.Option(
-            metavar="M", help="Vertical distance of two altitude layers.", show_default="2; 7.5 with --errors gnss"
+            metavar="M", help="Vertical distance of two altitude layers.", show_default="2.5; 7.5 with --errors gnss"
         ),
     ] = None,
     launch_spacing: Annotated[

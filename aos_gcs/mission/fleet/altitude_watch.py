@@ -15,7 +15,7 @@ from enum import StrEnum
 from statistics import median
 from typing import Final
 
-from aos_gcs.airspace.accuracy import CONFIDENCE
+from aos_gcs.airspace.accuracy import CONFIDENCE, allowed_offset_m
 from aos_gcs.mission.fleet.accuracies import accuracy_of
 from aos_gcs.mission.fleet.datum import is_grounded
 from aos_gcs.mission.fleet.roster import Member, Roster
@@ -82,7 +82,7 @@ class AltitudeWatch:
         """Update all averages; return the reason to leave by vehicle, for those whose height is wrong.
 
         A height is wrong when it may bring the vehicle nearer to the next layer than the separation: half of what the
-        spacing of the layers leaves, and what the reference itself errs by.
+        spacing of the layers leaves besides gusts, and what the reference itself errs by.
         """
         now_s = self._clock.now_s()
         elapsed_s = 0.0 if self._looked_at_s is None else now_s - self._looked_at_s
@@ -90,7 +90,7 @@ class AltitudeWatch:
         airborne = {member.vehicle_id: member for member in self._roster.airborne()}
         for member in self._roster.members():
             self._follow(member, member.vehicle_id in airborne, elapsed_s)
-        most_m = max(0.0, layer_spacing_m - separation_m) / 2.0
+        most_m = allowed_offset_m(separation_m, layer_spacing_m)
         reasons: dict[int, str] = {}
         for member in self._roster.members():
             found = self._deviation(member, airborne) if member.vehicle_id in airborne else None

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from statistics import median
 from typing import Final
 
-from aos_gcs.airspace.accuracy import CONFIDENCE, greatest_accuracy_m, needed_spacing_m
+from aos_gcs.airspace.accuracy import CONFIDENCE, allowed_offset_m, greatest_accuracy_m, needed_spacing_m
 from aos_gcs.mission.fleet.datum import RTK_FIXED, home_altitude_m
 from aos_gcs.mission.fleet.roster import Member, Roster
 from aos_gcs.mission.model.checks import PreflightCheck
@@ -31,7 +31,7 @@ def check_altitudes(
     """
     homes_m = _heights_of_homes_m(roster, members)
     # Where a difference is no error but a slope, layers still keep their vehicles apart by the separation.
-    most_m = max(0.0, layer_spacing_m - separation_m) / 2.0
+    most_m = allowed_offset_m(separation_m, layer_spacing_m)
     return [
         check
         for member in members

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from aos_gcs.airspace.accuracy import allowed_offset_m
 from aos_gcs.mission.fleet.roster import Member, Roster
 from aos_gcs.mission.model.checks import PreflightCheck
 from aos_gcs.mission.preflight import checks
@@ -44,7 +45,7 @@ def check_return_climbs(
     """
     surface = roster.layers.surface
     climb_m = 0.0 if surface is None else surface.highest_m - surface.lowest_m
-    if climb_m <= max(0.0, layer_spacing_m - separation_m) / 2.0:
+    if climb_m <= allowed_offset_m(separation_m, layer_spacing_m):
         return []
     return [_check_climb(member, members, climb_m, separation_m) for member in members]
 

@@ -56,7 +56,7 @@ class ArduCopter:
     station_link: str = "udpin://127.0.0.1:14560"
     """Where all instances send to."""
     api_port: int = 8098
-    layer_spacing_m: float = 3.0
+    layer_spacing_m: float = 3.5
 
     def camera_links(self, count: int) -> list[str]:
         """Return the second port of each instance."""
