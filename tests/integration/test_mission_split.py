@@ -32,9 +32,7 @@ AREA = ((-15.0, 10.0), (15.0, 10.0), (15.0, 120.0), (-15.0, 120.0))
 LONG_LOOK = DetectionSettings(threshold_m2=0.3, found_min_count=2, hold_steps=12)
 CLOSE_LAYERS = FlightSettings(layer_spacing_m=2.0)
 """Layers from which all eight see the person large enough; there are no gusts."""
-OVERRIDDEN = PreflightSettings(
-    upload_fence=True, overrides=dict.fromkeys(("home altitude", "altitude accuracy"), "no gusts")
-)
+OVERRIDDEN = PreflightSettings(True, overrides=dict.fromkeys(("home altitude", "altitude accuracy"), "no gusts"))
 WAITS = "The vehicles that scan on stop and wait for the close look: "
 
 
@@ -291,6 +289,15 @@ async def test_where_something_else_is_in_view_the_others_wait_and_the_line_form
     write_search(tmp_path / "mission", flight.recorder)
     with MissionReader(tmp_path / "mission") as reader:
         assert verify_mission(reader).difference is None
+
+
+@virtual
+async def test_the_others_may_end_the_last_leg_just_as_the_look_ends() -> None:
+    flight = split_flight(flight=FlightSettings(33.0, 2.3))
+    for vehicle in flight.fleet.members.values():
+        vehicle.others = ((-4.0, 80.0, 24.0),)
+    async with flying(flight) as run:
+        assert await run is Outcome.FOUND
 
 
 @virtual

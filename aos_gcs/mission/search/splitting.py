@@ -107,7 +107,8 @@ class Splitting:
             while following is phase and not blind and self.is_on and not self._sweeping.is_paused:
                 worked = await self._look(phase, looks, blind)
                 following = phase if worked is None else await self._work.conclude(worked)
-            if following is Phase.LINE:
+            # The others may have ended the last leg meanwhile.
+            if following is Phase.LINE and not self._decider.progress.is_over:
                 await self._catch_up(looks)
             sign_of_life(WORK_S)
             async with self._work.turn:
