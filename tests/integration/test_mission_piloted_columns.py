@@ -1,8 +1,9 @@
-"""Vehicles that return past one that its pilot flies, who may land it at any time, on a fake fleet in virtual time."""
+"""Vehicles that return past one that comes down at any time, by its pilot or by itself; virtual time."""
 
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -62,6 +63,12 @@ class Passing:
         )
         self.roster.assign(self.other_member, Task.HELD)
 
+    def lose(self) -> None:
+        self.roster.assign(self.other_member, Task.LOST)
+
+    def fail(self) -> None:
+        self.other.mode, self.other.failsafe = FlightMode.RETURN, "battery critical"
+
     async def fly_home(self) -> None:
         await self.control.transfer({1: HOME}, RETURNING, returning=True)
 
@@ -110,6 +117,36 @@ async def test_a_way_that_was_granted_is_withdrawn_when_another_vehicle_needs_mo
     await asyncio.sleep(1.1)
     assert passing.stopped() == [1], "it flew on"
     flying.cancel()
+
+
+@pytest.mark.parametrize("happening", [Passing.lose, Passing.fail])
+@pytest.mark.parametrize(
+    ("other", "home"),
+    [((0.0, 20.0), (40.0, 0.0)), ((40.0, 20.0), (0.0, 10.0))],
+    ids=["below or above it", "its launch point"],
+)
+async def test_a_way_is_withdrawn_where_another_vehicle_comes_down_by_itself(
+    happening: Callable[[Passing], None], other: tuple[float, float], home: tuple[float, float]
+) -> None:
+    passing = Passing((0.0, 60.0), other)
+    passing.other_member.home_enu_m = np.array([*home, 0.0])
+    flying = asyncio.create_task(passing.fly_home())
+    await asyncio.sleep(1.0)
+    assert passing.stopped() == []
+    happening(passing)
+    assert passing.stopped() == [1]
+    flying.cancel()
+
+
+async def test_ways_beside_all_that_another_vehicle_may_fly_by_itself_are_kept() -> None:
+    passing = Passing((0.0, 60.0), (40.0, 20.0))
+    passing.other_member.home_enu_m = np.array([40.0, 0.0, 0.0])
+    flying = asyncio.create_task(passing.fly_home())
+    await asyncio.sleep(1.0)
+    passing.lose()
+    assert passing.stopped() == []
+    await flying
+    assert passing.mover.position_enu_m() == pytest.approx(HOME, abs=0.5)
 
 
 async def test_a_vehicle_that_is_found_to_be_at_another_height_stops_before_it_passes_others() -> None:

@@ -1,4 +1,8 @@
-"""Withdraws ways that were granted before another vehicle needed more room: by a pilot, or by errors found since."""
+"""Withdraws ways that were granted before another vehicle needed more room.
+
+A pilot has taken it over, it was found to be elsewhere than reported, or it flies home and comes down by its failsafe,
+also while it is not heard.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +11,8 @@ from typing import Final
 from aos_gcs.mission.fleet.flight import FlightControl
 from aos_gcs.mission.fleet.roster import Member, Roster
 from aos_gcs.mission.journal import Journal
-from aos_gcs.ports import Clock, Goto, Hold, Severity
+from aos_gcs.mission.model.vehicles import Task
+from aos_gcs.ports import Clock, Goto, Hold, Land, Severity
 
 _TOLERANCE_M: Final = 0.2
 """Distance by which vehicles may come too near before a way is withdrawn: they drift while they are on it."""
@@ -26,13 +31,13 @@ class WayWatch:
 
     def look(self, flight: FlightControl) -> list[Member]:
         """Return the vehicles that have to stop now, each of which is reported; what they may fly is vetted anew."""
-        airborne = self._roster.airborne()
-        wide = [member for member in airborne if _needs_room(member)]
+        flying = [member for member in self._roster.members() if member.airborne]
+        wide = [member for member in flying if _needs_room(member)]
         if not wide:
             return []
-        under_way = [member for member in airborne if _follows_a_goto(member) and not flight.has_arrived(member)]
+        under_way = [member for member in flying if _follows_a_goto(member) and not flight.has_arrived(member)]
         return [
-            member for member in under_way if self._is_withdrawn(flight, member, airborne if member in wide else wide)
+            member for member in under_way if self._is_withdrawn(flight, member, flying if member in wide else wide)
         ]
 
     def _is_withdrawn(self, flight: FlightControl, member: Member, about: list[Member]) -> bool:
@@ -50,8 +55,11 @@ class WayWatch:
 
 def _needs_room(member: Member) -> bool:
     """Return whether others have to keep farther away from a vehicle than its layer and its accuracy ask for."""
-    return bool(member.has_pilot or member.is_inaccurate or member.altitude_doubt_m or member.position_doubt_m)
+    # Where it lands by our command, the ways of others have been looked at.
+    flies_by_itself = not member.follows_us and not isinstance(member.last_command, Land)
+    is_doubted = member.is_inaccurate or member.altitude_doubt_m or member.position_doubt_m
+    return bool(member.has_pilot or member.task is Task.LOST or flies_by_itself or is_doubted)
 
 
 def _follows_a_goto(member: Member) -> bool:
-    return member.follows_us and isinstance(member.last_command, Goto)
+    return member.follows_us and member.task is not Task.LOST and isinstance(member.last_command, Goto)
