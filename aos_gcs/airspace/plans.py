@@ -5,7 +5,7 @@ Where the altitude layers follow the ground, a way is flown in straight pieces t
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from aos_gcs.airspace.detours import Detours
 from aos_gcs.airspace.evasion import evasions
 from aos_gcs.airspace.limits import SafetyLimits
+from aos_gcs.airspace.passing import SIDES, ways_around
 from aos_gcs.airspace.reference_surface import LEVEL, ReferenceSurface
 from aos_gcs.airspace.terrain import GroundRaster
 from aos_gcs.airspace.traffic import Obstacle, WaypointRequest
@@ -53,7 +54,7 @@ def vet_plan(
 
     Where a boundary blocks the straight path and there is a path around it, the next corner of that is granted; where
     the straight path would leave the layer of its waypoint, the first piece of it. A vehicle that would stay below one
-    with a pilot is sent out of the column there instead.
+    with a pilot is sent out of the column there instead, and one whose way leads through it around it.
 
     Args:
         planned_enu_m: waypoint by vehicle id, for each vehicle of the situation that may be sent, or has left.
@@ -74,8 +75,49 @@ def vet_plan(
             **{key: f"clear of vehicle {pilots_id}, which has a pilot" for key, (_, pilots_id) in evading.items()},
         }
         vetted = vet_waypoints(moving, situation.obstacles, situation.limits, ground)
+    moving, passing = _around_pilots(moving, vetted, situation, evading.keys(), ground=ground, surface=surface)
+    if passing:
+        cut = {**cut, **passing}
+        vetted = vet_waypoints(moving, situation.obstacles, situation.limits, ground)
     left = [_left(vehicle_id, planned_enu_m[vehicle_id], reason) for vehicle_id, reason in situation.left.items()]
     return (*(_as_planned(record, planned_enu_m[record.vehicle_id], cut) for record in vetted), *left)
+
+
+def _around_pilots(
+    moving: Sequence[WaypointRequest],
+    vetted: Sequence[WaypointRecord],
+    situation: TrafficSituation,
+    evading: Collection[int],
+    *,
+    ground: GroundRaster | None,
+    surface: ReferenceSurface,
+) -> tuple[list[WaypointRequest], dict[int, str]]:
+    """Return the requests with ways around vehicles that hover with a pilot, and why that is, by id.
+
+    Where neither side is free, the request stays as it is: the vehicle waits.
+    """
+    asked, taken = list(moving), dict[int, str]()
+    for side in SIDES:
+        corners = ways_around(moving, vetted, situation.obstacles, situation.limits.separation_m, side)
+        tried = {key: one for key, one in corners.items() if key not in evading and key not in taken}
+        if not tried:
+            break
+        trial = [
+            replace(one, requested_enu_m=_in_layer(one.requested_enu_m, tried[one.vehicle_id][0], surface))
+            if one.vehicle_id in tried
+            else one
+            for one in asked
+        ]
+        for row, record in enumerate(vet_waypoints(trial, situation.obstacles, situation.limits, ground)):
+            if record.vehicle_id in tried and record.verdict is WaypointVerdict.SENT:
+                asked[row] = trial[row]
+                taken[record.vehicle_id] = f"around vehicle {tried[record.vehicle_id][1]}, which has a pilot"
+    return asked, taken
+
+
+def _in_layer(waypoint_enu_m: FloatArray, place_enu_m: FloatArray, surface: ReferenceSurface) -> FloatArray:
+    """Return a place, shape (3,), as high above the surface as a waypoint."""
+    return np.array([*place_enu_m[:2], waypoint_enu_m[2] - surface.at(waypoint_enu_m) + surface.at(place_enu_m)])
 
 
 def reached(positions_enu_m: Sequence[FloatArray], places_m: FloatArray, detours: Detours) -> NDArray[np.bool_]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -80,8 +81,32 @@ class Passing:
         return float(np.linalg.norm((self.mover.position_enu_m() - self.other.position_enu_m())[:2]))
 
 
-async def test_a_vehicle_that_cannot_pass_waits_where_the_other_may_drift_and_land() -> None:
+async def test_a_vehicle_flies_around_one_that_hovers_with_its_pilot() -> None:
     passing = Passing((0.0, 30.0), (0.2, 20.0))
+    passing.take_over()
+    flying, nearest_m = asyncio.create_task(passing.fly_home()), passing.beside_m()
+    while not flying.done():
+        nearest_m = min(nearest_m, passing.beside_m())
+        await asyncio.sleep(0.05)
+    assert passing.mover.position_enu_m() == pytest.approx(HOME, abs=0.5)
+    assert nearest_m >= SEPARATION_M + 1.0
+
+
+async def test_where_one_side_is_barred_it_takes_the_other_and_where_both_are_it_waits() -> None:
+    for narrow_on, is_home in (((-2.0, 99.0), True), ((-2.0, 2.5), False)):
+        passing = Passing((0.0, 30.0), (-0.2, 20.0))
+        passing.take_over()
+        west_m, east_m = narrow_on
+        passing.control.limits = replace(
+            passing.control.limits, fence_enu_m=((west_m, -9.0), (east_m, -9.0), (east_m, 60.0), (west_m, 60.0))
+        )
+        await passing.fly_home()
+        assert np.allclose(passing.mover.position_enu_m(), HOME, atol=0.5) == is_home
+        assert passing.beside_m() >= SEPARATION_M + 1.0
+
+
+async def test_a_vehicle_that_cannot_pass_waits_where_the_other_may_drift_and_land() -> None:
+    passing = Passing((0.0, 30.0), (0.2, 0.5))
     passing.take_over()
     await passing.fly_home()
     assert SEPARATION_M + 1.0 <= passing.beside_m() < SEPARATION_M + 2.0
