@@ -10,6 +10,7 @@ from aos_gcs.airspace.limits import UNLIMITED, SafetyOverrides
 from aos_gcs.airspace.polygon import Polygon
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.planning.settings import (
+    FEWEST_SCANNING,
     Deadlines,
     DetectionSettings,
     FlightSettings,
@@ -40,6 +41,10 @@ SPACING_M = {"none": (2.5, 3.0), "rtk": (2.5, 3.0), "gnss": (10.0, 12.0)}
 """Range of the layers' spacing, by the kind of errors."""
 LAUNCH_SPACING_M = {"none": 5.0, "rtk": 5.0, "gnss": 15.0}
 """Distance of two launch points, by the kind of errors; preflight refuses less."""
+SPLIT_SHARE = 0.12
+"""Share of the missions that fly split: without stops, over the long area, for all persons."""
+LOOKING = 2
+"""Vehicles that look closely in those; at least three scan on."""
 QUICK = {
     "arducopter": {"LAND_SPEED": 150.0, "RTL_LOIT_TIME": 500.0, "WPNAV_SPEED_DN": 250.0, "FS_GCS_TIMEOUT": 5.0},
     "px4": {"MPC_LAND_SPEED": 1.5, "MPC_Z_VEL_MAX_DN": 2.5, "COM_DISARM_LAND": 0.5},
@@ -65,6 +70,8 @@ class Scenario:
     """Whether the search ends at the first possible person."""
     zones_enu_m: tuple[Polygon, ...] = ()
     """No-go zones."""
+    splits: bool = False
+    """Whether some vehicles look closely while the others scan on."""
 
     def without(self, fault: Fault) -> Scenario:
         """Return the scenario without one of its faults."""
@@ -75,6 +82,7 @@ class Scenario:
         fence = ", fence uploaded" if self.upload_fence else ""
         area = "long" if self.is_long else "short"
         goal = "" if self.stops_at_first else " for all persons"
+        goal += ", split" if self.splits else ""
         zones = "".join(f", no-go zone {zone}" for zone in self.zones_enu_m)
         swarm = f"{self.vehicles} {self.autopilot}, {self.errors} positions, {self.mode} search{goal}, {area} area"
         head = f"SEED={self.seed}: {swarm}, layers {self.spacing_m:.1f} m apart{fence}{zones}"
@@ -105,7 +113,7 @@ class Scenario:
             vehicle_ids=tuple(range(1, self.vehicles + 1)),
             origin=DEFAULT_ORIGIN,
             seed=self.seed,
-            search=SearchSettings(self.mode),
+            search=SearchSettings(self.mode, split=self.splits, look_vehicles=LOOKING),
             safety=SafetyOverrides(no_go_enu_m=self.zones_enu_m or None),
             flight=FlightSettings(lowest_layer_m=LOWEST_LAYER_M, layer_spacing_m=self.spacing_m),
             deadlines=Deadlines(
@@ -129,6 +137,10 @@ def draw(seed: int) -> Scenario:
     rng = np.random.default_rng([seed, 0xA05])
     autopilot = str(rng.choice(["arducopter", "px4"]))
     vehicles = int(rng.choice([1, 2, 3, 4], p=[0.1, 0.25, 0.45, 0.2]))
+    splitting = np.random.default_rng([seed, 0x5B1])
+    if splits := bool(splitting.random() < SPLIT_SHARE):
+        # With one more than are needed, those who scan on are close enough together at the height of these flights.
+        vehicles = LOOKING + FEWEST_SCANNING + 1
     errors = str(rng.choice(["none", "rtk", "gnss"], p=[0.3, 0.5, 0.2]))
     spacing_m = round(float(rng.uniform(*SPACING_M[errors])), 1)
     basis = Basis(autopilot, tuple(range(1, vehicles + 1)), spacing_m - UNLIMITED.separation_m)
@@ -139,9 +151,22 @@ def draw(seed: int) -> Scenario:
     faults = sorted((kinds[int(row)].draw(rng, basis) for row in drawn), key=lambda fault: fault.at_s)
     mode = SearchMode(str(rng.choice(list(SearchMode))))
     is_long, stops_at_first = bool(rng.random() < 0.4), bool(rng.random() < 0.5)
+    if splits:
+        mode, is_long, stops_at_first = SearchMode.CONTINUOUS, True, False
     zones = draw_zones(np.random.default_rng([seed, 0x20E]), LONG_AREA_ENU_M if is_long else AREA_ENU_M)
     return Scenario(
-        seed, autopilot, vehicles, errors, spacing_m, upload_fence, tuple(faults), mode, is_long, stops_at_first, zones
+        seed,
+        autopilot,
+        vehicles,
+        errors,
+        spacing_m,
+        upload_fence,
+        tuple(faults),
+        mode,
+        is_long,
+        stops_at_first,
+        zones,
+        splits,
     )
 
 

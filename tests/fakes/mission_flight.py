@@ -57,9 +57,12 @@ class InlineExecutor(ThreadPoolExecutor):
         return future
 
 
-@dataclass
+@dataclass(repr=False)
 class MemoryRecorder:
-    """Keeps everything, and what had been flushed when."""
+    """Keeps everything, and what had been flushed when.
+
+    Without a ``repr`` of all that: asyncio asks the task for one that returns it, where a run of virtual time ends.
+    """
 
     events: list[Event] = field(default_factory=list)
     frames: list[tuple[int, Capture]] = field(default_factory=list)

@@ -37,12 +37,17 @@ from tests.fakes.air import FIRST_PORT, HOST
 
 
 def covering(seeds: range, count: int) -> list[int]:
-    """Return some of the seeds, whose missions have every fault, every autopilot with every error of positions, and
-    both kinds of areas in both modes.
+    """Return some of the seeds, whose missions have every fault, every autopilot with every error of positions, both
+    kinds of areas in both modes, and a split swarm.
     """
     drawn = {seed: draw(seed) for seed in seeds}
     parts = {
-        seed: {(one.autopilot, one.errors), (one.mode, one.is_long), *(type(fault).__name__ for fault in one.faults)}
+        seed: {
+            (one.autopilot, one.errors),
+            (one.mode, one.is_long),
+            one.splits,
+            *(type(fault).__name__ for fault in one.faults),
+        }
         for seed, one in drawn.items()
     }
     left, chosen = set().union(*parts.values()), []

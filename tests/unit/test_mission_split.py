@@ -12,7 +12,11 @@ from aos_gcs.airspace.limits import UNLIMITED
 from aos_gcs.airspace.plans import TrafficSituation
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.imaging.step.settings import ImagingSettings
-from aos_gcs.mission.model.decisions import Situation, SwarmPlace
+from aos_gcs.mission.model.decisions import Group, Situation, SwarmPlace
+from aos_gcs.mission.model.phase import Phase
+from aos_gcs.mission.search.claims import Claims
+from aos_gcs.mission.search.deciding import Decider
+from aos_gcs.mission.search.findings import Findings
 from aos_gcs.mission.search.progress import ScanProgress
 from aos_gcs.mission.search.split import Split, begin_split, places_of_both
 from aos_gcs.planning.legs import ScanLeg
@@ -35,7 +39,7 @@ class Heard:
         return 0.0
 
     def notice(self, severity: Severity, text: str, *_: object) -> None:
-        assert severity is Severity.INFO
+        assert severity in {Severity.INFO, Severity.NEWS}
         self.notices.append(text)
 
 
@@ -52,6 +56,14 @@ def in_line(n: int) -> Situation:
     return Situation(0.0, tuple(places), TrafficSituation(limits=UNLIMITED, arrival_radius_m=0.5))
 
 
+def on_leg() -> ScanProgress:
+    """20 m along the first one of three legs."""
+    progress = ScanProgress(0.5)
+    progress.plan([ScanLeg((20.0 * one, 0.0), (0.0, 1.0), 200.0) for one in range(3)])
+    progress.advance(np.array([0.0, 20.0]))
+    return progress
+
+
 def begun(n: int, journal: Heard | None = None, leader_id: int | None = None, **search: object) -> Split | None:
     line_m = float(search.get("line_spacing_m", LINE_M))  # type: ignore[arg-type]
     return begin_split(
@@ -60,7 +72,7 @@ def begun(n: int, journal: Heard | None = None, leader_id: int | None = None, **
         TARGET,
         leader_id,
         line_m=line_m,
-        began_m=20.0,
+        progress=on_leg(),
         journal=journal or Heard(),
     )
 
@@ -151,6 +163,89 @@ def test_something_settled_or_small_does_not_stop_them() -> None:
     step = analysis(seen(4.0, 60.0, area_m2=0.04), replace(seen(8.0, 60.0), settled=True))
     split.scan_on(progress, in_line(10), step, lambda _: ())
     assert "in view" not in heard.notices[-1]
+
+
+def decider_with(split: Split) -> Decider:
+    """A decider of ten vehicles whose look has no target left, with a split on the first of three legs."""
+    decider = Decider(settings(10), Heard(), Findings(), forget=lambda: None, covered_fraction=lambda: None)
+    decider.progress.plan(on_leg().legs)
+    decider.progress.advance(np.array([0.0, 60.0]))
+    decider.split = split
+    return decider
+
+
+def place_of(decider: Decider) -> tuple[int, float]:
+    return decider.progress.leg, decider.progress.along_m
+
+
+def scan_on(decider: Decider) -> Phase:
+    traffic = in_line(10)
+    step = analysis(seen(4.0, 60.0, area_m2=0.06))
+    return decider.decide(Phase.SCAN, traffic, traffic.traffic.detours(), step, group=Group.SCAN).following
+
+
+def test_a_look_that_is_over_at_the_end_of_the_leg_begins_the_next_one_once_however_often_its_step_is_made() -> None:
+    split = begun(10)
+    assert split is not None
+    decider = decider_with(split)
+    split.is_over = split.is_at_end = True
+    for _ in range(3):
+        assert decider.conclude(Phase.CONVERGE, {}) is Phase.LINE
+        assert place_of(decider) == (1, 0.0)
+
+
+def test_those_who_scan_begin_the_next_leg_once_behind_a_look_that_is_over() -> None:
+    split = begun(10)
+    assert split is not None
+    decider = decider_with(split)
+    split.is_over = split.is_at_end = split.is_catching_up = True
+    for _ in range(3):
+        assert scan_on(decider) is Phase.LINE
+        assert place_of(decider) == (1, 0.0)
+    decider.progress.take_up(decider.progress.legs[:1], 0)
+    for _ in range(3):
+        assert scan_on(decider) is Phase.RETURN
+        assert decider.progress.is_over
+
+
+def test_a_person_announced_while_a_look_ends_is_looked_at_before_the_next_leg(monkeypatch: pytest.MonkeyPatch) -> None:
+    split = begun(10)
+    assert split is not None
+    decider = decider_with(split)
+    split.is_over = split.is_at_end = True
+    assert decider.conclude(Phase.CONVERGE, {}) is Phase.LINE
+    monkeypatch.setattr(Claims, "announce", lambda _: 7)
+    assert decider.conclude(Phase.LINE, {}) is Phase.FOUND
+    assert place_of(decider) == (0, 200.0)
+    assert not split.is_catching_up
+    monkeypatch.setattr(Claims, "announce", lambda _: None)
+    assert decider.conclude(Phase.CONVERGE, {}) is Phase.LINE
+    assert place_of(decider) == (1, 0.0)
+
+
+def test_what_a_look_leaves_is_flown_again_although_the_others_are_at_the_end_of_the_leg() -> None:
+    split = begun(10)
+    assert split is not None
+    decider = decider_with(split)
+    split.is_over = split.is_at_end = True
+    look(split, [(18.0, 20.0)])
+    for _ in range(2):
+        assert decider.conclude(Phase.CONVERGE, {}) is Phase.LINE
+        assert place_of(decider) == (0, 20.0)
+        # The next look sees nothing more, and the ground between is still to be flown over.
+        split.note_look(analysis(), [], [])
+
+
+def test_a_split_that_ends_with_too_few_lookers_loses_no_ground_where_the_next_leg_was_begun() -> None:
+    split = begun(10)
+    assert split is not None
+    decider = decider_with(split)
+    split.is_over = split.is_at_end = True
+    assert decider.conclude(Phase.CONVERGE, {}) is Phase.LINE
+    traffic = in_line(10)
+    decider.decide(Phase.FOUND, traffic, traffic.traffic.detours(), analysis())
+    assert decider.split is None
+    assert place_of(decider) == (0, 20.0)
 
 
 @pytest.mark.parametrize("looking", [1, 101])

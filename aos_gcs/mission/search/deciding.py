@@ -182,7 +182,7 @@ class Decider:
         self._sweep.end()
         if following not in {Phase.SCAN, Phase.CONVERGE}:
             return Decision(following, Diagnostics(branch="hold", leader_id=analysis.leader_id), ())
-        looking = self._looking(situation)
+        looking = situation if self.split is None else self.split.looking(situation)
         diagnostics, next_enu_m = self._choose_places(looking, analysis, in_view=in_view)
         if self.split is not None and len(looking.swarm) < len(situation.swarm):
             next_enu_m = places_of_both(self.split, self.progress, situation, next_enu_m)
@@ -212,8 +212,9 @@ class Decider:
         if found is not None:
             self.tracker.attend(found)
             self._steps_found = 0
-            if self.split is not None and self._settings.detection.stop_at_first:
-                self.split.is_over = True
+            if self.split is not None:
+                self.split.look_on(is_last=self._settings.detection.stop_at_first)
+                self.progress.take_back(self.split.leg)
             return Phase.FOUND
         if following is Phase.CONVERGE and self._claims.is_look_over():
             return self._go_on()
@@ -228,7 +229,7 @@ class Decider:
             None if target is None else target.position_enu_m,
             analysis.leader_id,
             line_m=self.line_spacing_m,
-            began_m=self.progress.along_m,
+            progress=self.progress,
             journal=self._journal,
         )
 
@@ -238,21 +239,21 @@ class Decider:
         if (split := self.split) is not None:
             waypoints = split.scan_on(self.progress, situation, analysis, vet)
             if split.is_catching_up and split.is_at_end:
-                following = self._begin_next_leg()
+                following = self._end_leg(split)
         return Decision(following, Diagnostics("sweep"), waypoints, is_sweep=bool(waypoints))
+
+    def _end_leg(self, split: Split) -> Phase:
+        """Begin the leg behind that of a split, once: a step that an operator has interrupted is made again."""
+        if self.progress.leg == split.leg:
+            return self._begin_next_leg()
+        return Phase.RETURN if self.progress.is_over else Phase.LINE
 
     def _end_split(self) -> None:
         """Have all vehicles do the same again; what those who scanned have flown over is flown again."""
         if self.split is not None:
+            self.progress.take_back(self.split.leg)
             self.progress.go_back(self.split.began_m)
             self.split = None
-
-    def _looking(self, situation: Situation) -> Situation:
-        """Return a situation with those who look closely as its swarm."""
-        if self.split is None:
-            return situation
-        look_ids = self.split.look_ids
-        return replace(situation, swarm=tuple(one for one in situation.swarm if one.vehicle_id in look_ids))
 
     def _looked_at_enu_m(self) -> list[tuple[float, float]]:
         """Return where the target is, and the blob that has shown it."""
@@ -315,11 +316,12 @@ class Decider:
         if (split := self.split) is None:
             return Phase.LINE
         if not is_settled or split.leaves_something(self.settled_enu_m):
-            split.is_over = True
+            split.end_behind()
+            self.progress.take_back(split.leg)
             self.progress.go_back(split.began_m)
             return Phase.LINE
         split.is_catching_up = not split.is_over
-        return self._begin_next_leg() if split.is_at_end else Phase.LINE
+        return self._end_leg(split) if split.is_at_end else Phase.LINE
 
     def _continue_scan(self, situation: Situation, detours: Detours, framed_ids: Sequence[int]) -> Phase:
         """Follow the leg; return to it after a target was lost; after its end take the next one, or fly home."""

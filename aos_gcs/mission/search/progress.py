@@ -146,6 +146,11 @@ class ScanProgress:
         """Note that the present leg is flown again from a place on."""
         self._along_m = min(self._along_m, along_m)
 
+    def take_back(self, leg: int) -> None:
+        """Return to the end of a leg, where the next one was begun too early; nothing changes on that leg itself."""
+        if self.leg != leg:
+            self.leg, self._along_m = leg, self.legs[leg].length_m
+
     def leave_out(self, length_m: float) -> None:
         """Leave out the next stretch of the present leg."""
         self.left_out_m += length_m

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +33,8 @@ class Split:
 
     Args:
         look_ids: vehicles that look.
-        began_m: place on the leg where it was left.
+        leg: index of the leg that the others scan.
+        began_m: place on it where it was left.
         spacing_m: distance of neighbours in the line of the others.
         sweep: moves that line along the leg.
         threshold_m2: visible area from which something is in view.
@@ -43,6 +45,7 @@ class Split:
         self,
         look_ids: frozenset[int],
         *,
+        leg: int,
         began_m: float,
         spacing_m: float,
         sweep: Sweep,
@@ -50,6 +53,7 @@ class Split:
         journal: Announcer,
     ) -> None:
         self.look_ids = look_ids
+        self.leg = leg
         self.began_m = began_m
         self.spacing_m = spacing_m
         self._sweep = sweep
@@ -65,6 +69,23 @@ class Split:
         """Whether they have scanned the leg to its end."""
         self.is_catching_up = False
         """Whether the look is over, and those who looked fly after the others, who scan on until then."""
+
+    def looking(self, situation: Situation) -> Situation:
+        """Return a situation with those who look closely as its swarm."""
+        return replace(situation, swarm=tuple(one for one in situation.swarm if one.vehicle_id in self.look_ids))
+
+    def look_on(self, *, is_last: bool) -> None:
+        """Note that another person was announced in the step that seemed to end the look.
+
+        Args:
+            is_last: whether the search ends with this person, so that nobody scans on.
+        """
+        self.is_catching_up = False
+        self.is_over |= is_last
+
+    def end_behind(self) -> None:
+        """Note that the leg is flown again from where it was left: the others wait, wherever they have got to."""
+        self.is_over, self.is_at_end = True, False
 
     def note_look(
         self, analysis: StepAnalysis, looked_at_enu_m: Sequence[Place], settled_enu_m: Sequence[Place]
@@ -133,7 +154,7 @@ def begin_split(
     leader_id: int | None,
     *,
     line_m: float,
-    began_m: float,
+    progress: ScanProgress,
     journal: Announcer,
 ) -> Split | None:
     """Return the split with which a close look begins; None where all vehicles look.
@@ -146,7 +167,7 @@ def begin_split(
         target_enu_m: what is in view.
         leader_id: vehicle that sees most of it.
         line_m: distance of neighbours in the line of all.
-        began_m: place reached on the leg.
+        progress: the leg, and the place reached.
         journal: told why nobody scans on, and why those who do stop.
     """
     fewest, looking, swarm = settings.search.fewest_to_split, settings.search.look_vehicles, situation.swarm
@@ -174,7 +195,8 @@ def begin_split(
     journal.notice(Severity.INFO, text)
     return Split(
         look_ids,
-        began_m=began_m,
+        leg=progress.leg,
+        began_m=progress.along_m,
         spacing_m=spacing_m,
         sweep=Sweep(settings.flight, settings.imaging.rate_hz, spacing_m, journal),
         threshold_m2=settings.detection.threshold_m2,

@@ -76,8 +76,6 @@ class Splitting:
         """Whether those who scan have formed their line."""
         self._waits = False
         """Whether they wait for the others."""
-        self._after_leg: Phase | None = None
-        """Phase that follows the end of the leg, where those who scan have reached it after the look."""
         self.is_under_way = False
         """Whether vehicles may still fly to waypoints far along the leg."""
 
@@ -95,10 +93,10 @@ class Splitting:
             MissionFailedError: the look was blind too often.
         """
         if self._split is not self._decider.split:
-            self._split, self._after_leg = self._decider.split, None
+            self._split = self._decider.split
             self._is_formed = self._waits = False
             self._scan_vision = self._vision.beside()
-        following, blind = phase, list[Sample]()
+        following, blind, progress = phase, list[Sample](), self._decider.progress
         async with exposing(self._context, self._sampler, self._sweeping.pace) as exposures:
             flight = SweepCommands(self._context, exposures, lambda: self._members(Group.SCAN))
             looks = SweepCommands(self._context, exposures, lambda: self._members(Group.LOOK))
@@ -108,7 +106,7 @@ class Splitting:
                 worked = await self._look(phase, looks, blind)
                 following = phase if worked is None else await self._work.conclude(worked)
             # The others may have ended the last leg meanwhile.
-            if following is Phase.LINE and not self._decider.progress.is_over:
+            if following is Phase.LINE and not progress.is_over:
                 await self._catch_up(looks)
             sign_of_life(WORK_S)
             async with self._work.turn:
@@ -117,8 +115,9 @@ class Splitting:
             watch.cancel()
             flight.give_way()
             looks.give_way()
-        if following is Phase.LINE and self._after_leg is not None:
-            following = self._after_leg
+        if following is Phase.LINE and progress.is_over:
+            # Those who scan have reached the end of the last leg after the look.
+            following = Phase.RETURN
         if following is phase or following not in _GOES_ON or self._sweeping.is_paused:
             stops = await self.stop()
             if following is phase:
@@ -226,8 +225,6 @@ class Splitting:
             )
             if worked is None:
                 return False
-            if worked.decision.following is not Phase.SCAN:
-                self._after_leg = worked.decision.following
             # What may be a person is known of the next frames; without that, a record would not lead to them again.
             judged = await self._scan_vision.learn(worked.step, worked.analysis, {})
         return worked.decision.is_sweep and judged is not None
