@@ -110,8 +110,9 @@ async def refocus(page: Page) -> None:
 
 
 async def decide(page: Page, truth_enu_m: tuple[float, ...]) -> None:
-    """Confirm the finding where it is."""
-    await page.get_by_test_id("finding-1").click(timeout=FLIGHT_MS)
+    """Confirm the finding where it is, once it is announced: on a slow machine it is listed long before."""
+    await expect(page.get_by_test_id("finding-1")).to_contain_text("Possible person", timeout=FLIGHT_MS)
+    await page.get_by_test_id("finding-1").click()
     await wait_for(page, "() => document.querySelector('[data-testid=finding-1] img')?.naturalWidth > 0")
     position = await page.get_by_test_id("position-decimal").inner_text()
     latitude_deg, longitude_deg = (float(number) for number in re.findall(r"[\d.]+(?=°)", position))

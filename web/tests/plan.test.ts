@@ -1,6 +1,7 @@
 import { describe, expect, test } from "vitest";
 import type { ImportedShape, Place, Plan, PlanReport, StrategyParameter } from "../src/api/types";
 import { type Drawing, draftFeatures } from "../src/views/plan/draw_layer";
+import { afterReading, isEdited } from "../src/views/plan/draft";
 import { begun, changed, GESTURE_MS, type History, MAX_STEPS, redone, undone } from "../src/views/plan/history";
 import { parameterHint, parameterTitle, undeclaredParameters, withParameter } from "../src/views/plan/parameters";
 import { adviceOf, problemOf } from "../src/views/plan/problems";
@@ -217,5 +218,27 @@ describe("parameters of the strategy", () => {
     expect(withParameter(changed, parameter({}), 0.3).strategy_parameters).toEqual({});
     expect(undeclaredParameters(changed, [])).toEqual(["c5"]);
     expect(undeclaredParameters(changed, [parameter({})])).toEqual([]);
+  });
+});
+
+describe("draft of a plan while the plan of the mission is read", () => {
+  const read = { missionId: "a", plan: { ...PLAN, vehicles: 9 }, revision: 2 };
+  const fresh = { missionId: "a", history: begun(PLAN), flown: PLAN, revision: 1 };
+  const edited = { ...fresh, history: changed(fresh.history, { ...PLAN, passes: 2 }, 0) };
+
+  test("is replaced where nobody has edited it", () => {
+    expect(afterReading(null, read, false).history.plan).toBe(read.plan);
+    expect(afterReading(fresh, read, false)).toMatchObject({ flown: read.plan, revision: 2 });
+    expect(isEdited(afterReading(fresh, read, false))).toBe(false);
+  });
+
+  test("keeps edits that were made meanwhile, and still says that it is out of date", () => {
+    expect(afterReading(edited, read, false)).toBe(edited);
+    expect(edited.revision).not.toBe(read.revision);
+  });
+
+  test("goes where the operator discards it, or another mission begins", () => {
+    expect(afterReading(edited, read, true).history.plan).toBe(read.plan);
+    expect(afterReading(edited, { ...read, missionId: "b" }, false).history.plan).toBe(read.plan);
   });
 });

@@ -15,14 +15,25 @@ interface Props {
 
 export function Dialog({ title, testId, onClose, children }: Props) {
   const dialog = useRef<HTMLDialogElement>(null);
+  const isGone = useRef(false);
   const corner = useContext(DialogCorner);
   useEffect(() => {
     const element = dialog.current;
     element?.showModal();
-    return () => element?.close();
+    return () => {
+      // The browser tells of it later, when another window may be open.
+      isGone.current = true;
+      element?.close();
+    };
   }, []);
   return (
-    <dialog ref={dialog} class="dialog" data-testid={testId} aria-label={title} onClose={onClose}>
+    <dialog
+      ref={dialog}
+      class="dialog"
+      data-testid={testId}
+      aria-label={title}
+      onClose={() => !isGone.current && onClose()}
+    >
       <h2>{title}</h2>
       {children}
       {/* Both last, so that they do not get the first focus. */}

@@ -4,21 +4,14 @@ import { checkPlan, readPlan } from "../../api/plans";
 import type { Plan, PlanReport } from "../../api/types";
 import { useShell } from "../../shell/context";
 import { texts } from "../../texts";
-import { begun, changed, type History, redone, undone } from "./history";
+import { afterReading, type Draft, isEdited } from "./draft";
+import { changed, type History, redone, undone } from "./history";
 import type { Undo } from "./use_undo_keys";
 
 const CHECK_AFTER_MS = 400;
 /** Delay after the station has refused a check because of too many requests. */
 const CHECK_AGAIN_MS = 1500;
 const TOO_MANY_REQUESTS = 429;
-
-interface Draft {
-  readonly missionId: string;
-  readonly history: History;
-  /** Plan of the mission when it was read. */
-  readonly flown: Plan;
-  readonly revision: number;
-}
 
 /** Draft that is kept, with its undo history, while another view is open. */
 let kept: Draft | null = null;
@@ -54,22 +47,24 @@ export function usePlan(): PlanEditor {
     null,
   );
   kept = draft;
-  const isChanged = draft !== null && draft.history.plan !== draft.flown;
+  const isChanged = isEdited(draft);
   const newest = useRef(0);
   /** Pending check: one at a time, since only the latest plan counts. */
   const pending = useRef<Promise<unknown>>(Promise.resolve());
 
-  const reload = async (): Promise<void> => {
+  const reload = async (isDiscarded: boolean): Promise<void> => {
     const mine = ++newest.current;
     const answer = await readPlan();
     if (mine !== newest.current) return;
     setFailure(answer.ok ? null : answer.message);
-    if (answer.ok) setDraft({ missionId, history: begun(answer.value), flown: answer.value, revision });
+    if (!answer.ok) return;
+    const read = { missionId, plan: answer.value, revision };
+    setDraft((before) => afterReading(before, read, isDiscarded));
   };
   useEffect(() => {
     // Depends on the draft as well: the plan of the mission may change while it is being read.
     const isCurrent = draft?.missionId === missionId && (isChanged || draft.revision === revision);
-    if (missionId !== "" && isConnected && isReadable && !isCurrent) void reload();
+    if (missionId !== "" && isConnected && isReadable && !isCurrent) void reload(false);
   }, [missionId, isReadable, revision, isConnected, draft]);
 
   const plan = draft?.history.plan ?? null;
@@ -114,6 +109,6 @@ export function usePlan(): PlanEditor {
     undo: () => step(undone),
     redo: () => step(redone),
     change: (wanted) => step((before) => changed(before, wanted, performance.now())),
-    reload: () => void reload(),
+    reload: () => void reload(true),
   };
 }
