@@ -255,7 +255,7 @@ async def test_changes_are_taken_back_and_made_again(page: Page, planned_service
     await expect(page.get_by_test_id("shape-area")).to_contain_text("4 corners")
     await expect(redo).to_be_enabled()
     await undo.click()
-    await expect(layers).to_have_value("2")
+    await expect(layers).to_have_value("2.5")
     await page.keyboard.press("Control+Shift+Z")
     await expect(layers).to_have_value("4")
     await redo.click()
