@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import AsyncIterator
 from dataclasses import replace
 from functools import partial
 
 import pytest
 import pytest_asyncio
-from playwright.async_api import Page, expect
+from playwright.async_api import Page, Route, expect
 
 from aos_gcs.mission.model.proposals import Proposal, ProposalShape, ProposalUse
 from tests.browser.conftest import OPERATOR_CODE, PageRecord, Service, serving
@@ -73,6 +74,53 @@ async def test_proposals_are_taken_over_and_dismissed_by_operators_only(
     made = [(record.use, record.operator) for record in guarded.mission.proposals.all()]
     assert made == [(ProposalUse.NO_GO, "Ada"), *[(ProposalUse.DISMISSED, "Ada")] * 6]
     assert page_record.errors == []
+
+
+async def test_what_is_taken_over_while_the_plan_is_read_again_stays(page: Page, guarded: Service) -> None:
+    """Signing in connects anew, and so reads the plan again: on a slow link its answer comes after the first press."""
+    await open_page(page, guarded.url, "plan")
+    await expect(page.get_by_test_id("shape-area")).to_contain_text("4 corners")
+    is_read, is_taken = asyncio.Event(), asyncio.Event()
+
+    async def answer_late(route: Route) -> None:
+        response = await route.fetch()
+        is_read.set()
+        await is_taken.wait()
+        await route.fulfill(response=response)
+
+    await page.route("**/api/plan", answer_late)
+    await page.get_by_test_id("sign-in-open").click()
+    await sign_in(page, "Ada", OPERATOR_CODE)
+    await is_read.wait()
+    await page.get_by_test_id("proposal-1-no_go").click()
+    shape, overtaken = page.get_by_test_id("shape-no_go[0]"), page.get_by_test_id("plan-overtaken")
+    await expect(shape).to_contain_text("4 corners")
+    await expect(overtaken).to_be_visible()
+    is_taken.set()
+    await expect(overtaken).to_have_count(0)
+    await expect(shape).to_contain_text("4 corners")
+    await expect(page.get_by_test_id("plan-undo")).to_be_enabled()
+
+
+async def test_what_is_taken_over_is_in_the_plan_although_another_view_is_open_by_then(
+    page: Page, planned: Service
+) -> None:
+    await open_page(page, planned.url, "plan")
+    is_left = asyncio.Event()
+
+    async def answer_late(route: Route) -> None:
+        response = await route.fetch()
+        await is_left.wait()
+        await route.fulfill(response=response)
+
+    await page.route("**/api/proposals/1", answer_late)
+    await page.get_by_test_id("proposal-1-no_go").click()
+    await page.get_by_test_id("view-fly").click()
+    await expect(page.get_by_test_id("plan-estimate")).to_have_count(0)
+    async with page.expect_response("**/api/proposals/1"):
+        is_left.set()
+    await page.get_by_test_id("view-plan").click()
+    await expect(page.get_by_test_id("shape-no_go[0]")).to_contain_text("4 corners")
 
 
 async def test_a_proposal_that_somebody_else_has_decided_meanwhile_is_refused_in_words(

@@ -1,7 +1,14 @@
 import { describe, expect, test } from "vitest";
 import type { ImportedShape, Place, Plan, PlanReport, StrategyParameter } from "../src/api/types";
 import { type Drawing, draftFeatures } from "../src/views/plan/draw_layer";
-import { afterReading, isEdited } from "../src/views/plan/draft";
+import {
+  afterApplying,
+  afterDiscarding,
+  afterReading,
+  type Draft,
+  DraftKeeper,
+  isEdited,
+} from "../src/views/plan/draft";
 import { begun, changed, GESTURE_MS, type History, MAX_STEPS, redone, undone } from "../src/views/plan/history";
 import { parameterHint, parameterTitle, undeclaredParameters, withParameter } from "../src/views/plan/parameters";
 import { adviceOf, problemOf } from "../src/views/plan/problems";
@@ -221,24 +228,67 @@ describe("parameters of the strategy", () => {
   });
 });
 
-describe("draft of a plan while the plan of the mission is read", () => {
+describe("draft of a plan while the station answers", () => {
   const read = { missionId: "a", plan: { ...PLAN, vehicles: 9 }, revision: 2 };
-  const fresh = { missionId: "a", history: begun(PLAN), flown: PLAN, revision: 1 };
-  const edited = { ...fresh, history: changed(fresh.history, { ...PLAN, passes: 2 }, 0) };
+  const same = { ...read, plan: structuredClone(PLAN) };
+  const fresh: Draft = { missionId: "a", history: begun(PLAN), flown: PLAN, revision: 1, isOvertaken: false };
+  const withPasses = (before: Draft, passes: number): Draft => ({
+    ...before,
+    history: changed(before.history, { ...before.history.plan, passes }, 0),
+  });
+  const edited = withPasses(fresh, 2);
 
-  test("is replaced where nobody has edited it", () => {
-    expect(afterReading(null, read, false).history.plan).toBe(read.plan);
-    expect(afterReading(fresh, read, false)).toMatchObject({ flown: read.plan, revision: 2 });
-    expect(isEdited(afterReading(fresh, read, false))).toBe(false);
+  test("is replaced by another plan of the mission where nobody has edited it", () => {
+    expect(afterReading(null, read).history.plan).toBe(read.plan);
+    expect(afterReading(fresh, read)).toMatchObject({ flown: read.plan, revision: 2, isOvertaken: false });
+    expect(isEdited(afterReading(fresh, read))).toBe(false);
+    expect(afterReading(edited, { ...read, missionId: "b" }).history.plan).toBe(read.plan);
   });
 
-  test("keeps edits that were made meanwhile, and still says that it is out of date", () => {
-    expect(afterReading(edited, read, false)).toBe(edited);
-    expect(edited.revision).not.toBe(read.revision);
+  test("keeps edits, and says that it is overtaken only by another plan", () => {
+    expect(afterReading(edited, read)).toEqual({ ...edited, revision: 2, isOvertaken: true });
+    expect(afterReading(edited, same)).toEqual({ ...edited, revision: 2 });
+    expect(afterReading({ ...edited, isOvertaken: true }, same).isOvertaken).toBe(false);
   });
 
-  test("goes where the operator discards it, or another mission begins", () => {
-    expect(afterReading(edited, read, true).history.plan).toBe(read.plan);
-    expect(afterReading(edited, { ...read, missionId: "b" }, false).history.plan).toBe(read.plan);
+  test("keeps what has been undone where the plan is read again and is the same", () => {
+    const undoneAll = { ...edited, history: undone(edited.history) };
+    expect(afterReading(undoneAll, same).history.future).toEqual([edited.history.plan]);
+  });
+
+  test("keeps edits made while a plan is being applied, as edits of that plan", () => {
+    const sent = edited.history.plan;
+    const taken = structuredClone(sent);
+    expect(isEdited(afterApplying(edited, sent, taken))).toBe(false);
+    const later = afterApplying(withPasses(edited, 3), sent, taken);
+    expect(later).toMatchObject({ flown: taken, isOvertaken: false });
+    expect(later.history.plan.passes).toBe(3);
+    expect(isEdited(later)).toBe(true);
+  });
+
+  test("loses its edits where they are discarded, keeps later ones, and has to be read again", () => {
+    const discarded = afterDiscarding(edited);
+    expect(discarded.history).toEqual(begun(PLAN));
+    expect(discarded.revision).not.toBe(edited.revision);
+    expect(afterReading(withPasses(discarded, 4), read).history.plan.passes).toBe(4);
+    expect(afterReading(discarded, read).history.plan).toBe(read.plan);
+  });
+
+  test("changes by answers that come while another view is open, and not for another mission", () => {
+    const keeper = new DraftKeeper();
+    keeper.read({ ...read, plan: PLAN });
+    const late = (before: Draft): Draft => withPasses(before, 5);
+    keeper.change("a", late);
+    expect(keeper.of("a")?.history.plan.passes).toBe(5);
+    const shown: (Draft | null)[] = [];
+    const leave = keeper.subscribe((draft) => shown.push(draft));
+    keeper.change("b", late);
+    keeper.change("a", afterDiscarding);
+    leave();
+    keeper.change("a", late);
+    expect(shown.map((draft) => draft?.history.plan.passes)).toEqual([5, PLAN.passes]);
+    expect(keeper.of("b")).toBeNull();
+    keeper.change("a", late);
+    expect(keeper.of("a")).toBeNull();
   });
 });

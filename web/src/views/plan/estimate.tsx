@@ -81,7 +81,7 @@ function detection({ detection_percent: expected }: PlanEstimate): [string, stri
 
 function Apply({ editor, form }: { editor: PlanEditor; form: string }) {
   const { state, isConnected } = useShell();
-  const { plan, report, isChecking, isChanged, isOvertaken, reload, canUndo, canRedo, undo, redo } = editor;
+  const { plan, report, isChecking, isChanged, isOvertaken, canUndo, canRedo, undo, redo } = editor;
   const [answer, setAnswer] = useState<{ isDone: boolean; text: string } | null>(null);
   const phase = state.mission?.phase ?? "connect";
   const isLate = !BEFORE_START.includes(phase);
@@ -91,7 +91,7 @@ function Apply({ editor, form }: { editor: PlanEditor; form: string }) {
     if (plan === null || !(fields instanceof HTMLFormElement) || !fields.reportValidity()) return;
     const taken = await applyPlan(plan);
     setAnswer(taken.ok ? { isDone: true, text: texts.plan.applied } : { isDone: false, text: taken.message });
-    if (taken.ok) reload();
+    if (taken.ok) editor.applied(plan, taken.value);
   };
   return (
     <>
@@ -112,7 +112,7 @@ function Apply({ editor, form }: { editor: PlanEditor; form: string }) {
           {texts.plan.redo}
         </button>
         {(isChanged || isOvertaken) && (
-          <button type="button" data-testid="plan-reload" onClick={reload}>
+          <button type="button" data-testid="plan-reload" onClick={editor.discard}>
             {texts.plan.reload}
           </button>
         )}
@@ -122,7 +122,11 @@ function Apply({ editor, form }: { editor: PlanEditor; form: string }) {
           {texts.plan.late}
         </p>
       )}
-      {isOvertaken && isChanged && <p class="is-warning">{texts.plan.overtaken}</p>}
+      {isOvertaken && isChanged && (
+        <p class="is-warning" data-testid="plan-overtaken">
+          {texts.plan.overtaken}
+        </p>
+      )}
       <p class={answer?.isDone ? "is-done" : "is-bad"} role="status" data-testid="plan-answer">
         {answer?.text}
       </p>

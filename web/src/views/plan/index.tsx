@@ -137,10 +137,9 @@ export function PlanView() {
       <div class="plan-side">
         <form id={form} class="scroll plan-form" onSubmit={(event) => event.preventDefault()}>
           <ProposalsPanel
-            plan={plan}
             proposals={state.mission?.proposals ?? NO_PROPOSALS}
             mayDecide={mayCommand}
-            onPlan={editor.change}
+            onPlan={editor.edit}
           />
           <Panel title={texts.plan.shapes} testId="plan-shapes">
             <ShapeList

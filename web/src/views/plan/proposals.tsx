@@ -1,5 +1,5 @@
 /** Proposals of others for the plan: the decision goes on record first, and the draft of the plan changes with it. */
-import { useRef, useState } from "preact/hooks";
+import { useState } from "preact/hooks";
 import { decideProposal } from "../../api/proposals";
 import type { Plan, Proposal, ProposalUse } from "../../api/types";
 import { timeOfDay } from "../../format";
@@ -9,26 +9,23 @@ import { Panel } from "../../ui/panel";
 import { withProposal } from "./shapes";
 
 interface Props {
-  plan: Plan;
   proposals: readonly Proposal[];
   /** Whether this page may decide; observers see what waits. */
   mayDecide: boolean;
-  onPlan(plan: Plan): void;
+  /** Called once the station has answered: with a change, since the plan may be edited meanwhile. */
+  onPlan(take: (plan: Plan) => Plan): void;
 }
 
-export function ProposalsPanel({ plan, proposals, mayDecide, onPlan }: Props) {
+export function ProposalsPanel({ proposals, mayDecide, onPlan }: Props) {
   const [busyId, setBusyId] = useState<number | null>(null);
   const [refusal, setRefusal] = useState<string | null>(null);
-  // The plan may be edited while the station answers.
-  const latest = useRef(plan);
-  latest.current = plan;
   const open = waiting(proposals);
   const decide = async (proposal: Proposal, use: ProposalUse): Promise<void> => {
     setBusyId(proposal.proposal_id);
     const answer = await decideProposal(proposal.proposal_id, use);
     setBusyId(null);
     setRefusal(answer.ok ? null : answer.message);
-    if (answer.ok) onPlan(withProposal(latest.current, answer.value));
+    if (answer.ok) onPlan((plan) => withProposal(plan, answer.value));
   };
   const dismiss = async (unwanted: readonly Proposal[]): Promise<void> => {
     for (const proposal of unwanted) await decide(proposal, "dismissed");

@@ -1,10 +1,12 @@
 /** Hook for the plan being edited: read from the mission, and checked by the station shortly after every change. */
 import { useEffect, useRef, useState } from "preact/hooks";
+import type { Answer } from "../../api/client";
+import { untilAnswered } from "../../api/persistence";
 import { checkPlan, readPlan } from "../../api/plans";
 import type { Plan, PlanReport } from "../../api/types";
 import { useShell } from "../../shell/context";
 import { texts } from "../../texts";
-import { afterReading, type Draft, isEdited } from "./draft";
+import { afterApplying, afterDiscarding, DraftKeeper, isEdited } from "./draft";
 import { changed, type History, redone, undone } from "./history";
 import type { Undo } from "./use_undo_keys";
 
@@ -13,8 +15,7 @@ const CHECK_AFTER_MS = 400;
 const CHECK_AGAIN_MS = 1500;
 const TOO_MANY_REQUESTS = 429;
 
-/** Draft that is kept, with its undo history, while another view is open. */
-let kept: Draft | null = null;
+const drafts = new DraftKeeper();
 
 export interface PlanEditor extends Undo {
   /** Null until the plan has been read. */
@@ -22,7 +23,7 @@ export interface PlanEditor extends Undo {
   /** Reason why the plan cannot be read. */
   readonly failure: string | null;
   readonly isChanged: boolean;
-  /** Whether the plan of the mission has changed since it was read. */
+  /** Whether the plan of the mission has changed, or may have, since the draft was based on it. */
   readonly isOvertaken: boolean;
   readonly report: PlanReport | null;
   /** Reason why the station could not check the plan. */
@@ -30,8 +31,12 @@ export interface PlanEditor extends Undo {
   /** Whether the report belongs to an earlier state of the plan. */
   readonly isChecking: boolean;
   change(plan: Plan): void;
+  /** Change the plan as it is by then, for what had to wait for the station. */
+  edit(take: (plan: Plan) => Plan): void;
+  /** Take note that the mission has got a plan. */
+  applied(sent: Plan, applied: Plan): void;
   /** Discard the draft and read the plan of the mission again. */
-  reload(): void;
+  discard(): void;
 }
 
 export function usePlan(): PlanEditor {
@@ -41,31 +46,32 @@ export function usePlan(): PlanEditor {
   // Without an origin, places in metres cannot be converted to degrees; recordings have no plan to read.
   const isReadable = state.capabilities.planning && (hasOrigin || state.mission?.area.length === 0);
   const revision = state.planRevision;
-  const [draft, setDraft] = useState(() => (kept?.missionId === missionId ? kept : null));
+  const [draft, setDraft] = useState(() => drafts.of(missionId));
   const [failure, setFailure] = useState<string | null>(null);
   const [checked, setChecked] = useState<{ plan: Plan; report: PlanReport | null; failure: string | null } | null>(
     null,
   );
-  kept = draft;
-  const isChanged = isEdited(draft);
-  const newest = useRef(0);
   /** Pending check: one at a time, since only the latest plan counts. */
   const pending = useRef<Promise<unknown>>(Promise.resolve());
 
-  const reload = async (isDiscarded: boolean): Promise<void> => {
-    const mine = ++newest.current;
-    const answer = await readPlan();
-    if (mine !== newest.current) return;
-    setFailure(answer.ok ? null : answer.message);
-    if (!answer.ok) return;
-    const read = { missionId, plan: answer.value, revision };
-    setDraft((before) => afterReading(before, read, isDiscarded));
-  };
+  useEffect(() => drafts.subscribe(setDraft), []);
+  const isCurrent = draft?.missionId === missionId && draft.revision === revision;
   useEffect(() => {
-    // Depends on the draft as well: the plan of the mission may change while it is being read.
-    const isCurrent = draft?.missionId === missionId && (isChanged || draft.revision === revision);
-    if (missionId !== "" && isConnected && isReadable && !isCurrent) void reload(false);
-  }, [missionId, isReadable, revision, isConnected, draft]);
+    if (missionId === "" || !isConnected || !isReadable || isCurrent) return undefined;
+    // The plan of the mission may change while it is being read: then it is read again.
+    let isWanted = true;
+    const read = async (): Promise<Answer<Plan>> => {
+      const answer = await readPlan();
+      if (isWanted) setFailure(answer.ok ? null : answer.message);
+      return answer;
+    };
+    void untilAnswered(read, () => isWanted).then(
+      (found) => found && drafts.read({ missionId, plan: found, revision }),
+    );
+    return () => {
+      isWanted = false;
+    };
+  }, [missionId, isReadable, revision, isConnected, isCurrent]);
 
   const plan = draft?.history.plan ?? null;
   const isCheckable = plan !== null && isConnected;
@@ -95,12 +101,17 @@ export function usePlan(): PlanEditor {
   }, [plan, isCheckable, revision, hasOrigin]);
 
   const step = (take: (before: History) => History): void =>
-    setDraft((before) => before && { ...before, history: take(before.history) });
+    drafts.change(missionId, (before) => ({ ...before, history: take(before.history) }));
+  const edit = (take: (plan: Plan) => Plan): void =>
+    step((before) => {
+      const wanted = take(before.plan);
+      return wanted === before.plan ? before : changed(before, wanted, performance.now());
+    });
   return {
     plan,
     failure: state.capabilities.planning ? failure : texts.plan.notHere,
-    isChanged,
-    isOvertaken: draft !== null && draft.revision !== revision,
+    isChanged: isEdited(draft),
+    isOvertaken: draft !== null && (draft.isOvertaken || draft.revision !== revision),
     report: checked?.report ?? null,
     checkFailure: checked?.failure ?? null,
     isChecking: checked?.plan !== plan,
@@ -108,7 +119,9 @@ export function usePlan(): PlanEditor {
     canRedo: draft !== null && draft.history.future.length > 0,
     undo: () => step(undone),
     redo: () => step(redone),
-    change: (wanted) => step((before) => changed(before, wanted, performance.now())),
-    reload: () => void reload(true),
+    change: (wanted) => edit(() => wanted),
+    edit,
+    applied: (sent, taken) => drafts.change(missionId, (before) => afterApplying(before, sent, taken)),
+    discard: () => drafts.change(missionId, afterDiscarding),
   };
 }
