@@ -24,7 +24,8 @@ export function VehicleChoice() {
   const confirm = async (): Promise<void> => {
     const answer = await postAction({ action: "choose", vehicleIds: chosen });
     setRefusal(answer.ok ? null : answer.message);
-    if (answer.ok) setEdited(null);
+    // What has been chosen while the station answered stays chosen.
+    if (answer.ok) setEdited((now) => (now === edited ? null : now));
   };
   const toggle = (id: number, isChosen: boolean): void =>
     setEdited(ascending(isChosen ? [...chosen, id] : chosen.filter((one) => one !== id)));
