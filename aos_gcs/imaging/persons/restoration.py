@@ -86,8 +86,6 @@ def restored(thermal: NDArray[np.number]) -> Restored:
 
 def _is_out_of_focus(image: NDArray[np.float32], median: float) -> bool:
     """Tell whether fine texture is lost, and the wide blur, taken back, leaves no cold rim about the warmest body."""
-    if not _is_soft(image, median):
-        return False
     row, column = np.unravel_index(int(np.argmax(cv2.blur(image, (5, 5)))), image.shape)
     rows, columns = (slice(max(0, int(middle) - _CROP_PX), int(middle) + _CROP_PX) for middle in (row, column))
     crop = image[rows, columns]
@@ -96,7 +94,8 @@ def _is_out_of_focus(image: NDArray[np.float32], median: float) -> bool:
     if len(rims_k) < _RIM_PIXELS:
         return False
     warm_k = float(np.quantile((sharp - median)[crop - median >= _WARM_K], 0.9))
-    return bool(np.quantile(rims_k, _RIM_SHARE) >= _WIDE_RIM * warm_k)
+    # The texture of a whole image costs more than one rim, which hardly any sharper image passes.
+    return bool(np.quantile(rims_k, _RIM_SHARE) >= _WIDE_RIM * warm_k) and _is_soft(image, median)
 
 
 def _is_soft(image: NDArray[np.float32], median: float) -> bool:
