@@ -25,8 +25,11 @@ const UNREAD = -1;
 export const isEdited = (draft: Draft | null): boolean => draft !== null && draft.history.plan !== draft.flown;
 
 const freshDraft = ({ missionId, plan, revision }: Reading): Draft => ({
-  ...{ missionId, history: begun(plan), flown: plan },
-  ...{ revision, isOvertaken: false },
+  missionId,
+  history: begun(plan),
+  flown: plan,
+  revision,
+  isOvertaken: false,
 });
 
 /** Draft after the plan has been read. Edits are kept, also those made while the station answered. */
