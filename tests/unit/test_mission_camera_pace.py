@@ -18,7 +18,7 @@ LEFT_S = WINDOW_S + 4.0
 
 @dataclass
 class Heard:
-    """Journal that keeps what it is told of whom."""
+    """Journal that keeps its notices, each with its vehicle."""
 
     notices: list[tuple[Severity, str, int | None]] = field(default_factory=list)
 
