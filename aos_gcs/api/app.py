@@ -35,6 +35,7 @@ from aos_gcs.mission.viewing import OperationView, SortieChoice, ViewControl
 from aos_gcs.planning.settings import TerrainSettings
 from aos_gcs.store.plan_folder import PlanFolder
 from aos_gcs.wall.board import Wall
+from aos_gcs.wall.video import VideoControl
 
 
 @asynccontextmanager
@@ -43,6 +44,8 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         tasks = [group.create_task(app.state.hub.run())]
         if app.state.wall is not None:
             tasks.append(group.create_task(app.state.wall.run()))
+        if app.state.videos is not None:
+            tasks.append(group.create_task(app.state.videos.run()))
         if app.state.desk is not None:
             tasks.append(group.create_task(app.state.desk.sessions.follow()))
         yield
@@ -71,6 +74,7 @@ def create_app(
     basemap_file: Path | None = None,
     terrain: TerrainSettings | None = None,
     wall: Wall | None = None,
+    videos: VideoControl | None = None,
     upstream: Upstream | None = None,
     now_s: Callable[[], float] = loop_time_s,
 ) -> FastAPI:
@@ -96,6 +100,7 @@ def create_app(
         basemap_file: a PMTiles file to show below the mission; without one the page has a metric grid.
         terrain: elevation model of a mission that cannot be commanded; others tell theirs.
         wall: live pictures of its cameras; None where they are not recorded.
+        videos: videos of them; None where they are not recorded.
         upstream: process in which the mission flies; None: this one.
         now_s: clock in real seconds, for the mission's silence and the wait after wrong codes.
     """
@@ -112,6 +117,7 @@ def create_app(
     app.state.basemap_file = basemap_file
     app.state.terrain = terrain
     app.state.wall = wall
+    app.state.videos = videos
     app.state.reliefs = ReliefMaps()
     app.state.plans = PlanFolder(plans_folder)
     app.state.plan_checks = PlanChecks()
@@ -123,6 +129,7 @@ def create_app(
         survey=findings is not None,
         handover=handovers is not None,
         wall=wall is not None,
+        video=videos is not None,
     )
     app.state.hub = EventHub(mission, replay, capabilities, now_s, upstream)
     app.state.access = Access(operator_code, now_s, operator_file, accounts, anyone_observes=anyone_observes)

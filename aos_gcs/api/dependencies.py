@@ -26,6 +26,7 @@ from aos_gcs.mission.viewing import OperationView, SortieChoice, ViewControl
 from aos_gcs.planning.settings import TerrainSettings
 from aos_gcs.store.plan_folder import PlanFolder
 from aos_gcs.wall.board import Wall
+from aos_gcs.wall.video import VideoControl
 
 _SEEN = "State of the mission by which this command is given: `seen` of an event, or this header of GET /api/mission."
 
@@ -183,6 +184,13 @@ def wall_of(connection: HTTPConnection) -> Wall | None:
     return cast("Wall | None", connection.app.state.wall)
 
 
+def _get_videos(connection: HTTPConnection) -> VideoControl:
+    videos = cast("VideoControl | None", connection.app.state.videos)
+    if videos is None:
+        raise NotFoundError("This mission is not recorded; there are no pictures for a video.")
+    return videos
+
+
 def _get_plans(connection: HTTPConnection) -> PlanFolder:
     return cast("PlanFolder", connection.app.state.plans)
 
@@ -214,6 +222,7 @@ Reliefs = Annotated[ReliefMaps, Depends(_get_reliefs)]
 Replay = Annotated[ReplayControl, Depends(_get_replay)]
 Viewer = Annotated[ViewControl, Depends(_get_viewer)]
 Handovers = Annotated[HandoverControl, Depends(_get_handovers)]
+Videos = Annotated[VideoControl, Depends(_get_videos)]
 Checks = Annotated[PlanChecks, Depends(_get_plan_checks)]
 Plans = Annotated[PlanFolder, Depends(_get_plans)]
 ControlOfSwarm = Annotated[ControlDesk, Depends(control_of)]

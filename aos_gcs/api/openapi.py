@@ -32,6 +32,7 @@ from aos_gcs.api.routers import (
     relief,
     replay,
     session,
+    video,
     viewer,
     wall,
 )
@@ -63,6 +64,7 @@ def add_routes(app: FastAPI) -> None:
         relief,
         events,
         wall,
+        video,
     ):
         # Routers state whole paths. Other than with include_router, applications share the routes once they are built.
         app.router.routes.extend(group.router.routes)

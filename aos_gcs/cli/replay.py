@@ -59,6 +59,7 @@ async def _show(folder: Path, config: ApiConfig) -> None:
     from aos_gcs.runtime.handover import HandoverPrinter  # noqa: PLC0415
     from aos_gcs.runtime.operation import ReplayedOperation  # noqa: PLC0415
     from aos_gcs.runtime.sign_in import operator_secrets  # noqa: PLC0415
+    from aos_gcs.runtime.video_maker import VideoMaker  # noqa: PLC0415
     from aos_gcs.runtime.wall import make_wall  # noqa: PLC0415
 
     secrets = operator_secrets(config)
@@ -79,6 +80,7 @@ async def _show(folder: Path, config: ApiConfig) -> None:
                 handovers=handovers,
                 terrain=operation.terrain,
                 wall=make_wall(shown, lambda: operation.shown_folder, config, shown),
+                videos=VideoMaker(lambda: operation.shown_folder, rest=0.0),
                 folder=folder,
             ),
             asyncio.TaskGroup() as group,

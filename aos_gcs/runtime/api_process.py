@@ -20,6 +20,7 @@ from aos_gcs.runtime.dashboard import serve_flight
 from aos_gcs.runtime.follower import Alive, run_follower
 from aos_gcs.runtime.handover import HandoverPrinter
 from aos_gcs.runtime.operation import Operation
+from aos_gcs.runtime.video_maker import REST_IN_FLIGHT, VideoMaker
 from aos_gcs.runtime.viewer import Viewer
 from aos_gcs.runtime.wall import make_wall
 from aos_gcs.runtime.workers import VIEWS
@@ -61,6 +62,7 @@ async def _show(listener: socket.socket, mirror: MissionMirror, start: ApiStart,
             operation=operation,
             handovers=handovers,
             wall=make_wall(mirror, lambda: start.mission_folder, start.api),
+            videos=VideoMaker(lambda: start.mission_folder, REST_IN_FLIGHT),
             folder=start.mission_folder,
         ):
             alive.begin_to_serve()

@@ -20,6 +20,7 @@ from aos_gcs.planning.settings import TerrainSettings
 from aos_gcs.runtime.encryption import tls_files
 from aos_gcs.runtime.sign_in import OperatorSecrets, announce
 from aos_gcs.wall.board import Wall
+from aos_gcs.wall.video import VideoControl
 
 
 @asynccontextmanager
@@ -33,6 +34,7 @@ async def serve_flight(
     handovers: HandoverControl,
     operation: OperationView,
     wall: Wall,
+    videos: VideoControl,
     folder: Path,
 ) -> AsyncIterator[None]:
     """Serve the dashboard of a mission in another process for as long as the context is entered.
@@ -46,6 +48,7 @@ async def serve_flight(
         handovers: hand-overs of the record.
         operation: sorties of its operation.
         wall: live pictures of its cameras.
+        videos: videos of them.
         folder: mission folder.
     """
     app = create_app(
@@ -63,6 +66,7 @@ async def serve_flight(
         plans_folder=config.plans_folder,
         basemap_file=config.basemap or folder / MISSION_BASEMAP,
         wall=wall,
+        videos=videos,
         upstream=mission,
     )
     files = tls_files(config)
@@ -84,6 +88,7 @@ async def open_dashboard(
     sortie_choice: SortieChoice | None = None,
     terrain: TerrainSettings | None = None,
     wall: Wall | None = None,
+    videos: VideoControl | None = None,
     folder: Path | None = None,
 ) -> AsyncIterator[None]:
     """Serve the dashboard of a mission that is only shown, for as long as the context is entered.
@@ -100,6 +105,7 @@ async def open_dashboard(
         sortie_choice: choice of the sortie that is replayed.
         terrain: elevation model of the mission.
         wall: pictures of its cameras at the time of the replay; None for surveys.
+        videos: videos of them; None for surveys.
         folder: mission folder, whose base map is shown where the configuration names none.
 
     Raises:
@@ -124,6 +130,7 @@ async def open_dashboard(
         basemap_file=config.basemap or (None if folder is None else folder / MISSION_BASEMAP),
         terrain=terrain,
         wall=wall,
+        videos=videos,
     )
     async with serve(app, config.host, config.port) as address:
         announce(address, config, operators.code)

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from math import ceil
 from pathlib import Path
 from typing import Any, BinaryIO, Final
+
+import numpy as np
+from numpy.typing import NDArray
 
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.extras import load_extra
@@ -42,7 +45,13 @@ class VideoFacts:
 
 
 def write_wall_video(
-    folder: Path, file: BinaryIO, tiles: Sequence[TileName] = (), notation: Notation = Notation.DECIMAL
+    folder: Path,
+    file: BinaryIO,
+    tiles: Sequence[TileName] = (),
+    notation: Notation = Notation.DECIMAL,
+    note: Callable[[float], None] | None = None,
+    *,
+    threads: int = 0,
 ) -> VideoFacts:
     """Write the wall of a mission folder as an MP4, with place, time and age of each picture burnt in.
 
@@ -51,6 +60,8 @@ def write_wall_video(
         file: file to write, which can be sought in.
         tiles: tiles in the order of the grid; none: all of the record, at most 24.
         notation: notation of the places.
+        note: called after each picture with the share that is done, 0 to 1; what it raises ends the work.
+        threads: threads of the encoder; 0: as many as it likes.
 
     Raises:
         ConfigurationError: the library for video is not installed, or the record has no such tile.
@@ -67,10 +78,16 @@ def write_wall_video(
         raise InputDataError(f"{folder}: the pictures lie more than {LONGEST_S // 3600} h apart; the times are damaged")
     pictures = ceil((end_s - begin_s) * RATE_HZ) + RATE_HZ
     stale_s = WallSettings().stale_s
-    whole = (compose(tracks, begin_s + number / RATE_HZ, notation, stale_s) for number in range(pictures))
+
+    def whole() -> Iterator[NDArray[np.uint8]]:
+        for number in range(pictures):
+            yield compose(tracks, begin_s + number / RATE_HZ, notation, stale_s)
+            if note is not None:
+                note((number + 1) / pictures)
+
     output = _Output(file)
     try:
-        _encode(av, output, wall_size(len(tracks)), whole)
+        _encode(av, output, wall_size(len(tracks)), whole(), threads)
     except av.error.FFmpegError as error:
         cause = output.failure or error
         raise OSError(cause.errno, f"the video cannot be written: {cause.strerror}") from error
@@ -153,7 +170,9 @@ class _Output:
             raise
 
 
-def _encode(av: Any, file: _Output, size_px: tuple[int, int], pictures: Iterator[Any]) -> None:
+def _encode(
+    av: Any, file: _Output, size_px: tuple[int, int], pictures: Iterator[NDArray[np.uint8]], threads: int
+) -> None:
     codec = next((name for name in _CODECS if name in av.codecs_available), None)
     if codec is None:
         raise ConfigurationError(f"This build of the library av has none of the encoders {', '.join(_CODECS)}.")
@@ -161,6 +180,7 @@ def _encode(av: Any, file: _Output, size_px: tuple[int, int], pictures: Iterator
         stream = container.add_stream(codec, rate=Fraction(RATE_HZ))
         stream.width, stream.height = size_px
         stream.pix_fmt = "yuv420p"
+        stream.codec_context.thread_count = threads
         if codec == _CODECS[0]:
             stream.options = {"crf": "25", "preset": "veryfast"}
         for picture in pictures:

@@ -50,5 +50,14 @@ WALL: Final = WorkerSettings(
 )
 """Renders tiles while somebody watches; the flight knows nothing of it."""
 
+VIDEO: Final = WorkerSettings(
+    name="The video of the wall",
+    memory_bytes=2 * _GIB,
+    timeout_s=2 * 3600.0,
+    modules=("aos_gcs.runtime.wall_video",),
+    niceness=15,
+)
+"""Makes a video of the wall when somebody asks for one, and ends; the other workers go first."""
+
 DECODING: Final = WorkerSettings(name="Image decoding", memory_bytes=2 * _GIB, timeout_s=5.0, modules=("cv2",))
 """Decodes the files of cameras. One that it cannot decode costs one frame."""

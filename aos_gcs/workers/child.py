@@ -21,13 +21,13 @@ def main(arguments: list[str]) -> None:
 
     Args:
         arguments: file descriptors of the control socket, the lifeline and the two arenas; the memory limit in bytes;
-            names of modules to import before the first call.
+            the niceness; names of modules to import before the first call.
     """
-    control_fd, lifeline_fd, requests_fd, responses_fd, memory_bytes = map(int, arguments[:5])
+    control_fd, lifeline_fd, requests_fd, responses_fd, memory_bytes, niceness = map(int, arguments[:6])
     end_with_parent(lifeline_fd)
-    step_back(memory_bytes)
-    step_back_as_session()
-    for name in arguments[5:]:
+    step_back(memory_bytes, niceness)
+    step_back_as_session(niceness)
+    for name in arguments[6:]:
         importlib.import_module(name)
     with socket.socket(fileno=control_fd) as control:
         _serve(control, Arena(requests_fd), Arena(responses_fd))

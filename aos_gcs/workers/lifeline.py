@@ -12,7 +12,7 @@ import threading
 import time
 from pathlib import Path
 
-_NICENESS = 5
+NICENESS = 5
 """Priority below that of the flight loop."""
 _AUTOGROUP = Path("/proc/self/autogroup")
 _AUTOGROUP_TRIES, _AUTOGROUP_PAUSE_S = 30, 0.1
@@ -42,19 +42,19 @@ def _wait_for_end(lifeline: socket.socket) -> None:
     os._exit(0)
 
 
-def step_back(memory_bytes: int) -> None:
-    """Limit the memory of this process, and let others go first."""
+def step_back(memory_bytes: int, niceness: int = NICENESS) -> None:
+    """Limit the memory of this process, and let others go first; the higher the niceness, the more of them."""
     _, hard = resource.getrlimit(resource.RLIMIT_DATA)
     limit = memory_bytes if hard == resource.RLIM_INFINITY else min(memory_bytes, hard)
     # The hard limit stays: a process that this one starts may have a higher one.
     resource.setrlimit(resource.RLIMIT_DATA, (limit, hard))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    os.nice(_NICENESS)
+    os.nice(niceness)
     with contextlib.suppress(OSError):
         Path("/proc/self/oom_score_adj").write_text(_OOM_SCORE, encoding="ascii")
 
 
-def step_back_as_session() -> None:
+def step_back_as_session(niceness: int = NICENESS) -> None:
     """Let the processes of other sessions go first, those of the flight loop among them.
 
     Where the kernel groups processes by their sessions (``sched_autogroup_enabled``, as on desktops), priorities count
@@ -65,7 +65,7 @@ def step_back_as_session() -> None:
         return
     for _ in range(_AUTOGROUP_TRIES):
         try:
-            _AUTOGROUP.write_text(str(_NICENESS), encoding="ascii")
+            _AUTOGROUP.write_text(str(niceness), encoding="ascii")
         except BlockingIOError:
             time.sleep(_AUTOGROUP_PAUSE_S)
         except OSError:

@@ -19,6 +19,7 @@ from typing import Any, ParamSpec, TypeVar, cast
 from aos_gcs.errors import WorkerError
 from aos_gcs.workers.answers import MAX_HEAD_BYTES, MalformedAnswerError, unpack_answer
 from aos_gcs.workers.arena import Arena, pack
+from aos_gcs.workers.lifeline import NICENESS
 from aos_gcs.workers.wire import receive, send
 
 P = ParamSpec("P")
@@ -55,6 +56,8 @@ class WorkerSettings:
     """Time limit of one call, real seconds."""
     modules: tuple[str, ...] = ()
     """Modules that it imports before the first call."""
+    niceness: int = NICENESS
+    """Distance of its priority from the usual one, as for ``nice``."""
 
 
 class StillStartingError(WorkerError):
@@ -138,7 +141,7 @@ class Child:
         self._requests, self._responses = Arena.create(), Arena.create()
         self._is_ready = False
         fds = (theirs.fileno(), their_lifeline.fileno(), self._requests.fd, self._responses.fd)
-        arguments = [*map(str, (*fds, settings.memory_bytes)), *settings.modules]
+        arguments = [*map(str, (*fds, settings.memory_bytes, settings.niceness)), *settings.modules]
         path = os.pathsep.join(filter(None, sys.path))
         with theirs, their_lifeline:
             try:

@@ -107,14 +107,14 @@ class Cameras:
 
     def __init__(self, recorder: MissionRecorder) -> None:
         self._recorder = recorder
-        self._images = [_image(seed) for seed in range(4)]
+        self._images = [image(seed) for seed in range(4)]
         self._count = 0
 
     async def run(self) -> None:
         """Take frames, one camera after the other, until cancelled."""
         while True:
             for vehicle_id in range(1, CAMERAS + 1):
-                await self._recorder.record_frame(1, self._capture(vehicle_id, time.time()))
+                await self._recorder.record_frame(1, self.capture(vehicle_id, time.time()))
                 self._forget()
                 await asyncio.sleep(FRAME_INTERVAL_S / CAMERAS)
 
@@ -124,7 +124,8 @@ class Cameras:
         for path in (self._recorder.folder / "frames").glob(f"*_{newest:05d}.*"):
             path.unlink()
 
-    def _capture(self, vehicle_id: int, utc_s: float) -> Capture:
+    def capture(self, vehicle_id: int, utc_s: float) -> Capture:
+        """Return a frame of a camera."""
         self._count += 1
         pose = nadir_pose([4.0 * vehicle_id, 0.0, 35.0])
         return Capture(
@@ -139,7 +140,7 @@ class Cameras:
         )
 
 
-def _image(seed: int) -> NDArray[np.float32]:
+def image(seed: int) -> NDArray[np.float32]:
     """Return a frame with the structure of leaves, and a warm spot."""
     rng = np.random.default_rng(seed)
     coarse = rng.normal(100.0, 25.0, (64, 64, 3)).repeat(8, axis=0).repeat(8, axis=1)
@@ -248,7 +249,7 @@ async def measure_step(flown: Station, seconds: float, observers: int) -> None:
     """Time the analysis of steps without and with viewers, in turns."""
     pose = nadir_pose([0.0, 0.0, 35.0])
     camera = CameraModel.from_fov(SIZE_PX, SIZE_PX, 0.87)
-    first = Frame(1, _image(1), BANDS, pose, camera)
+    first = Frame(1, image(1), BANDS, pose, camera)
     frames = [
         replace(first, vehicle_id=number, pose=nadir_pose([3.0 * number, 0.0, 35.0 + number])) for number in range(10)
     ]

@@ -13,11 +13,12 @@ from fastapi import FastAPI
 from playwright.async_api import Browser, Page, expect
 
 from aos_gcs.clock import machine_utc_s
-from tests.browser.conftest import WITHOUT_WEBGL, Service, serving
-from tests.browser.pages import open_page
+from tests.browser.conftest import OPERATOR_CODE, WITHOUT_WEBGL, PageRecord, Service, serving
+from tests.browser.pages import open_page, sign_in
 from tests.browser.test_browser_accessibility import AXE, axe_issues
 from tests.fakes.app import app_of
 from tests.fakes.mission import ScriptedMission
+from tests.fakes.videos import ScriptedVideos
 from tests.fakes.wall import CountedWorker, GrowingRecord, make_wall
 
 pytestmark = pytest.mark.asyncio(loop_scope="session")
@@ -34,7 +35,7 @@ async def cameras(folder: Path) -> AsyncIterator[tuple[Service, set[int]]]:
 
     def make_app(mission: ScriptedMission) -> FastAPI:
         wall = make_wall(mission, record.folder, CountedWorker(), clock_utc_s=machine_utc_s, stale_s=STALE_S)
-        return app_of(mission, wall=wall)
+        return app_of(mission, wall=wall, videos=ScriptedVideos())
 
     async def take() -> None:
         while True:
@@ -90,6 +91,46 @@ async def test_tiles_are_chosen_followed_and_grow_old(
         await expect(tile).to_have_attribute("data-state", "live")
         await expect(page.get_by_test_id("tile-2.thermal")).to_have_count(0)
     await context.close()
+
+
+async def test_a_video_is_made_cancelled_refused_and_downloaded(
+    page: Page,
+    dashboard_build: None,  # noqa: ARG001 - asked for its check only
+    page_record: PageRecord,
+    tmp_path: Path,
+) -> None:
+    record, videos = GrowingRecord(tmp_path), ScriptedVideos()
+
+    def make_app(mission: ScriptedMission) -> FastAPI:
+        wall = make_wall(mission, record.folder, CountedWorker(), clock_utc_s=machine_utc_s)
+        return app_of(mission, wall=wall, videos=videos, operator_code=OPERATOR_CODE)
+
+    async with serving(make_app) as service:
+        await open_page(page, service.url, "wall")
+        await expect(page.get_by_test_id("wall-choice")).to_be_visible()
+        await expect(page.get_by_test_id("video-make")).to_have_count(0)  # for observers
+        await page.get_by_test_id("sign-in-open").click()
+        await sign_in(page, "Ada", OPERATOR_CODE)
+        await page.get_by_test_id("video-make").click()
+        await expect(page.get_by_test_id("video-progress")).to_be_visible()
+        videos.advance(0.42)
+        await expect(page.get_by_test_id("wall-video")).to_contain_text(re.compile("42.%"))
+        await page.get_by_test_id("video-cancel").click()
+        await expect(page.get_by_test_id("video-make")).to_be_visible()
+        await page.get_by_test_id("video-make").click()
+        await expect(page.get_by_test_id("video-progress")).to_be_visible()
+        videos.fail("The video cannot be written: No space left on device.")
+        await expect(page.get_by_test_id("video-problem")).to_contain_text("No space left on device")
+        await page.get_by_test_id("video-make").click()
+        async with page.expect_download() as downloading:
+            videos.finish()
+        download = await downloading.value
+        assert download.suggested_filename == "wall-scripted-1.mp4"
+        assert (await download.path()).read_bytes() == ScriptedVideos.FILE
+        await expect(page.get_by_test_id("wall-video")).to_contain_text("01:23")
+        await expect(page.get_by_test_id("video-problem")).to_be_empty()
+    record.close()
+    page_record.errors.clear()  # the browser's word on the service that is gone
 
 
 async def _shows_its_picture(page: Page) -> None:

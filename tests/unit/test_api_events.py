@@ -268,7 +268,7 @@ async def test_a_reloaded_page_shows_an_alert_that_250_texts_followed(mission: S
 async def test_the_greeting_names_what_the_service_offers(mission: ScriptedMission, has_all: bool) -> None:
     hub = create_app(mission, commands=mission if has_all else None).state.hub
     offered = {"planning": has_all, "findings": has_all}
-    expected = offered | dict.fromkeys(("viewer", "operation", "survey", "handover", "wall"), False)
+    expected = offered | dict.fromkeys(("viewer", "operation", "survey", "handover", "wall", "video"), False)
     assert hub.hello().capabilities.model_dump() == expected
 
 

@@ -95,6 +95,7 @@ export const CAPABILITIES = {
   survey: false,
   handover: true,
   wall: true,
+  video: true,
 } as const;
 
 export function target(changes: Partial<Target> = {}): Target {

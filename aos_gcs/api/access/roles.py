@@ -49,6 +49,8 @@ ROUTE_ROLES: Final[Mapping[tuple[str, str], Role]] = MappingProxyType(
         ("POST", "/api/proposals/{proposal_id}"): _OPERATOR,
         ("POST", "/api/findings"): _ANALYST,
         ("PATCH", "/api/findings/{finding_id}"): _ANALYST,
+        ("POST", "/api/wall/video"): _ANALYST,
+        ("DELETE", "/api/wall/video"): _ANALYST,
         ("POST", "/api/notices/acknowledge"): _OPERATOR,
         ("POST", "/api/preflight/override"): _OPERATOR,
         ("POST", "/api/mission/actions"): _OPERATOR,

@@ -37,7 +37,7 @@ EVENTS_KEPT = 1024
 GREETING_KEPT_S = 0.25
 """Time for which many clients that connect at once share one greeting."""
 NO_CAPABILITIES = CapabilitiesModel(
-    planning=False, viewer=False, findings=False, operation=False, survey=False, handover=False, wall=False
+    planning=False, viewer=False, findings=False, operation=False, survey=False, handover=False, wall=False, video=False
 )
 
 

@@ -39,6 +39,7 @@ class CapabilitiesModel(WireModel):
     survey: bool = Field(description="A recorded flight is shown: there are no vehicles to watch or to command.")
     handover: bool = Field(description="The mission can be handed over as a PDF.")
     wall: bool = Field(description="Live pictures of the cameras can be watched.")
+    video: bool = Field(description="Videos of them can be made.")
 
 
 class BasemapModel(WireModel):

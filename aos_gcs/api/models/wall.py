@@ -1,4 +1,4 @@
-"""Messages of the WebSocket ``/api/wall``.
+"""Messages of the WebSocket ``/api/wall``, and videos of the wall.
 
 The service sends binary messages: the length of the head in four bytes, most significant first, the head as JSON
 (``WallMessage``), and the JPEG files that it names, one behind the other. Clients send text: ``WallRequest`` to choose
@@ -13,6 +13,8 @@ from typing import Annotated, Final, Literal
 from pydantic import Field, TypeAdapter
 
 from aos_gcs.api.models.base import WireModel
+from aos_gcs.geometry.notations import Notation
+from aos_gcs.wall.video import VideoPhase
 
 TileText = Annotated[str, Field(max_length=12, description="3.colour, 3.thermal, all.colour or all.thermal.")]
 
@@ -70,6 +72,28 @@ class WallMessage(WireModel):
     ages_s: dict[str, float] = Field(description="Age of what each watched tile shows.")
     pictures: list[TilePictureModel]
     refused: str = Field(description="Why the latest request was refused; empty otherwise.")
+
+
+class VideoRequest(WireModel):
+    """A video to make of the record so far."""
+
+    tiles: Annotated[list[TileText], Field(max_length=64)] = Field(
+        default_factory=list, description="In the order of the grid; none: all of the record, at most 24."
+    )
+    notation: Notation = Field(default=Notation.DECIMAL, description="Notation of the places in the video.")
+
+
+class VideoModel(WireModel):
+    """State of the video that was asked for last."""
+
+    phase: VideoPhase
+    number: int = Field(description="Counts the videos that were asked for; 0 before the first.")
+    done: float = Field(description="Share of the pictures that are written, 0 to 1.")
+    tiles: list[str] = Field(description="Tiles of a video that is ready.")
+    duration_s: float
+    bytes: int = Field(description="Size of a video that is ready.")
+    unreadable: int = Field(description="Number of recorded pictures that could not be read.")
+    reason: str = Field(description="Why it failed; empty otherwise.")
 
 
 WALL_CLIENT_MESSAGE: Final[TypeAdapter[WallRequest | WallAnswer]] = TypeAdapter(

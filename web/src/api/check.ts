@@ -76,6 +76,7 @@ const capabilities = shape({
   survey: isBoolean,
   handover: isBoolean,
   wall: isBoolean,
+  video: isBoolean,
 });
 /** Fields of messages that describe the state, or say that it is unchanged. */
 const AGE = { mission_age_s: isNumber, seen: isString };

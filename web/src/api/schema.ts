@@ -992,6 +992,54 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/wall/video": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Video
+     * @description Return the state of the video that was asked for last.
+     */
+    get: operations["read_video_api_wall_video_get"];
+    put?: never;
+    /**
+     * Begin Video
+     * @description Begin a video of the record so far; it takes the place of the one before.
+     */
+    post: operations["begin_video_api_wall_video_post"];
+    /**
+     * Give Up Video
+     * @description End the video that is being made, or remove the one that is ready.
+     */
+    delete: operations["give_up_video_api_wall_video_delete"];
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/wall/video.mp4": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Download Video
+     * @description Return the video that is ready.
+     */
+    get: operations["download_video_api_wall_video_mp4_get"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
 }
 export type webhooks = Record<string, never>;
 export interface components {
@@ -1169,6 +1217,11 @@ export interface components {
        * @description A recorded flight is shown: there are no vehicles to watch or to command.
        */
       survey: boolean;
+      /**
+       * Video
+       * @description Videos of them can be made.
+       */
+      video: boolean;
       /**
        * Viewer
        * @description Recorded steps can be seen again; findings have pictures.
@@ -3344,6 +3397,67 @@ export interface components {
       longitude_deg: number | null;
       /** North M */
       north_m: number;
+    };
+    /**
+     * VideoModel
+     * @description State of the video that was asked for last.
+     */
+    VideoModel: {
+      /**
+       * Bytes
+       * @description Size of a video that is ready.
+       */
+      bytes: number;
+      /**
+       * Done
+       * @description Share of the pictures that are written, 0 to 1.
+       */
+      done: number;
+      /** Duration S */
+      duration_s: number;
+      /**
+       * Number
+       * @description Counts the videos that were asked for; 0 before the first.
+       */
+      number: number;
+      phase: components["schemas"]["VideoPhase"];
+      /**
+       * Reason
+       * @description Why it failed; empty otherwise.
+       */
+      reason: string;
+      /**
+       * Tiles
+       * @description Tiles of a video that is ready.
+       */
+      tiles: string[];
+      /**
+       * Unreadable
+       * @description Number of recorded pictures that could not be read.
+       */
+      unreadable: number;
+    };
+    /**
+     * VideoPhase
+     * @description What there is of a video.
+     * @enum {string}
+     */
+    VideoPhase: "none" | "making" | "ready" | "failed";
+    /**
+     * VideoRequest
+     * @description A video to make of the record so far.
+     */
+    VideoRequest: {
+      /**
+       * @description Notation of the places in the video.
+       * @default decimal
+       */
+      notation: components["schemas"]["Notation"];
+      /**
+       * Tiles
+       * @description In the order of the grid; none: all of the record, at most 24.
+       */
+      tiles?: string[];
     };
     /**
      * ViewedFrameModel
@@ -5937,6 +6051,144 @@ export interface operations {
       };
       /** @description Service Unavailable */
       503: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+    };
+  };
+  read_video_api_wall_video_get: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["VideoModel"];
+        };
+      };
+      /** @description Not Found */
+      404: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+    };
+  };
+  begin_video_api_wall_video_post: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["VideoRequest"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      202: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["VideoModel"];
+        };
+      };
+      /** @description Not Found */
+      404: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Unprocessable Entity */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Service Unavailable */
+      503: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+    };
+  };
+  give_up_video_api_wall_video_delete: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["VideoModel"];
+        };
+      };
+      /** @description Not Found */
+      404: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+    };
+  };
+  download_video_api_wall_video_mp4_get: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description The video that is ready. */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "video/mp4": unknown;
+        };
+      };
+      /** @description Not Found */
+      404: {
         headers: {
           [name: string]: unknown;
         };

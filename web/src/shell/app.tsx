@@ -74,6 +74,7 @@ export function App({ store, stream }: { store: Store; stream: HoldStream }) {
     isOperator,
     mayCommand,
     mayJudge: may(role, "analyst") && !isReplay && state.capabilities.findings,
+    mayMakeVideos: may(role, "analyst") && state.capabilities.video,
     isSurvey,
     theme,
     notation,

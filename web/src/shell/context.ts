@@ -18,6 +18,8 @@ export interface Shell {
   readonly mayCommand: boolean;
   /** Whether this page may mark and judge findings. */
   readonly mayJudge: boolean;
+  /** Whether this page may have videos of the wall made, also of a recording. */
+  readonly mayMakeVideos: boolean;
   /** Whether a recorded flight is shown, without vehicles. */
   readonly isSurvey: boolean;
   readonly theme: Theme;

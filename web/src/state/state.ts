@@ -50,6 +50,7 @@ export const INITIAL_STATE: State = {
     survey: false,
     handover: false,
     wall: false,
+    video: false,
   },
   steps: [],
   notices: [],

@@ -24,5 +24,12 @@ export const wall = {
   none: "Pictures appear with the first frames of the search.",
   noneChosen: "Select tiles to watch.",
   missing: "This mission is not recorded. There are no live pictures.",
+  video: "Video",
+  make: "Make a video (MP4)",
+  makeHint: "Of the selected tiles and the whole mission so far, two pictures per second. It may take minutes.",
+  making: (done: string) => `The video is being made: ${done} `,
+  giveUp: "Cancel the video",
+  download: "Download the video",
+  unreadable: (count: number) => `Recorded pictures that could not be read: ${count}`,
   most: (count: number) => `At most ${count} tiles at a time`,
 } as const;

@@ -26,5 +26,13 @@ export const wall: Texts["wall"] = {
   none: "Bilder erscheinen mit den ersten Aufnahmen der Suche.",
   noneChosen: "Kacheln zum Beobachten wählen.",
   missing: "Diese Mission wird nicht aufgezeichnet. Es gibt keine Livebilder.",
+  video: "Videoaufnahme",
+  make: "Video erstellen (MP4)",
+  makeHint:
+    "Von den gewählten Kacheln und der ganzen Mission bis jetzt, zwei Bilder pro Sekunde. Das kann Minuten dauern.",
+  making: (done) => `Das Video wird erstellt: ${done} `,
+  giveUp: "Video abbrechen",
+  download: "Video herunterladen",
+  unreadable: (count) => `Nicht lesbare aufgezeichnete Bilder: ${count}`,
   most: (count) => `Höchstens ${count} Kacheln gleichzeitig`,
 };

@@ -11,6 +11,7 @@ import { Follow } from "./follow";
 import { TilePicture } from "./tile";
 import { columnsFor, firstTiles, tileOf, tilesOf, titleOf } from "./tiles";
 import { useWall } from "./use_wall";
+import { VideoPanel } from "./video";
 import "./wall.css";
 
 const TILES_KEY = "aos-gcs-wall";
@@ -33,7 +34,7 @@ export function WallView() {
 }
 
 function Wall() {
-  const { route, navigate, notation } = useShell();
+  const { state, route, navigate, notation } = useShell();
   const [stored, setStored] = useState(storedTiles);
   const [rate, setRate] = useState(() => RATES.find((one) => one === readStored(RATE_KEY)) ?? "normal");
   const [first, setFirst] = useState<readonly string[]>([]);
@@ -88,6 +89,7 @@ function Wall() {
           }}
         />
         <p class="small">{texts.wall.rateHint}</p>
+        {state.capabilities.video && <VideoPanel tiles={chosen.filter((name) => there.includes(name))} />}
       </Panel>
       {followed && <Follow tile={followed} rate_hz={RATE_HZ[rate]} onClose={() => navigate("wall")} />}
     </>

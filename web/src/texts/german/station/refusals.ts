@@ -182,6 +182,33 @@ export const refusals: readonly StationText[] = [
     "Eine Übergabe wird gerade erstellt; gleich noch einmal versuchen.",
   ],
   [
+    "A video is being made already; try again in a moment.",
+    "Ein Video wird gerade erstellt; gleich noch einmal versuchen.",
+  ],
+  ["No video is ready: make one in the view Wall.", "Kein Video ist fertig: eines in der Ansicht Wand erstellen."],
+  [
+    "This mission is not recorded; there are no pictures for a video.",
+    "Diese Mission wird nicht aufgezeichnet; es gibt keine Bilder für ein Video.",
+  ],
+  ["The video cannot be written: {reason}.", "Das Video kann nicht geschrieben werden: {reason}."],
+  [
+    "The video cannot be made: see the log of the station.",
+    "Das Video kann nicht erstellt werden: siehe Protokoll der Bodenstation.",
+  ],
+  [
+    "The disk has less than {count} GB left, which the recording of the mission may need: delete files, or make the video on another machine.",
+    "Auf dem Datenträger sind weniger als {count} GB frei, die die Aufzeichnung der Mission brauchen kann: Dateien löschen oder das Video auf einem anderen Rechner erstellen.",
+  ],
+  [
+    "{folder} has no pictures; they come with the first step of a search",
+    "{folder} enthält keine Bilder; sie kommen mit dem ersten Schritt einer Suche.",
+  ],
+  ["The record has no tile {tile}; it has {others}.", "Die Aufzeichnung hat keine Kachel {tile}; sie hat {others}."],
+  [
+    "{folder}: the pictures lie more than {hours} h apart; the times are damaged",
+    "{folder}: Die Bilder liegen mehr als {hours} h auseinander; die Zeiten sind beschädigt.",
+  ],
+  [
     "{count} requests for pictures wait already; try again in a moment.",
     "{count} Anfragen nach Bildern warten schon; gleich noch einmal versuchen.",
   ],
