@@ -35,6 +35,7 @@ BUILT_IN: dict[str, str] = {
     "replay": "aos_gcs.cli.replay:replay",
     "report": "aos_gcs.cli.report:report",
     "sharing": "aos_gcs.cli.sharing:sharing",
+    "tak-enrol": "aos_gcs.cli.tak_enrol:tak_enrol",
     "accounts": "aos_gcs.cli.accounts:accounts",
     "export": "aos_gcs.cli.export:export",
     "searched": "aos_gcs.cli.searched:searched",

@@ -39,6 +39,12 @@ class TakSettings:
     """Its private key (PEM, without a passphrase)."""
     server_name: str | None = None
     """Name in the server's certificate; by default the host of ``url``."""
+    enrol_user: str | None = None
+    """Account by which ``aos-gcs tak-enrol`` has the server sign our certificate."""
+    enrol_port: int = 8446
+    """Port of the server for that."""
+    enrol_password_file: str | None = None
+    """File of its password; by default the variable AOS_GCS_TAK_PASSWORD."""
     interface: str | None = None
     """Address of the network interface that multicast leaves and comes by; by default the system's choice."""
     receive: bool = False
@@ -54,13 +60,18 @@ class TakSettings:
             raise ConfigurationError("name must have 1 to 32 letters, digits, blanks, dots or dashes.")
         files = {"ca_file": self.ca_file, "certificate_file": self.certificate_file, "key_file": self.key_file}
         if transport is not TakTransport.TLS:
-            for field, value in (files | {"server_name": self.server_name}).items():
+            others = {"server_name": self.server_name, "enrol_user": self.enrol_user}
+            for field, value in (files | others).items():
                 if value is not None:
                     raise ConfigurationError(f"{field} is for tls:// only; take it out, or change url.")
         elif self.ca_file is None:
             raise ConfigurationError("tls:// needs ca_file: the certificate that the server's is signed by.")
         elif (self.certificate_file is None) != (self.key_file is None):
             raise ConfigurationError("give certificate_file and key_file together.")
+        if self.enrol_user is not None and not re.fullmatch(r"[^\s:](?:[^:\n]{0,62}[^\s:])?", self.enrol_user):
+            raise ConfigurationError("enrol_user must be the name of an account: 1 to 64 letters, without a colon.")
+        if not 1 <= self.enrol_port <= 65535:
+            raise ConfigurationError("enrol_port must be a port from 1 to 65535, such as 8446.")
         if self.interface is not None and transport is not TakTransport.UDP:
             raise ConfigurationError("interface is for udp:// only.")
         if self.receive and transport is TakTransport.UDP and not self.is_multicast:

@@ -175,11 +175,11 @@ class Stream:
     def _lost(self, error: OSError | None) -> ChannelError:
         """Return why the connection has ended; without an error the server has closed it."""
         if isinstance(error, ssl.SSLError):
-            return _tls_error(error)
+            return tls_error(error)
         if self._is_silent:
             text = "The server has closed the connection without a word; check that it accepts our certificate."
             return ChannelError(text, is_refused=True)
-        return ChannelError("The server has closed the connection." if error is None else _reason(error))
+        return ChannelError("The server has closed the connection." if error is None else reason_text(error))
 
 
 async def connect(settings: TakSettings) -> Connection:
@@ -203,9 +203,9 @@ async def connect(settings: TakSettings) -> Connection:
     except ConfigurationError as error:
         raise ChannelError(str(error), is_refused=True) from error
     except ssl.SSLError as error:
-        raise _tls_error(error) from error
+        raise tls_error(error) from error
     except OSError as error:
-        raise ChannelError(_reason(error)) from error
+        raise ChannelError(reason_text(error)) from error
 
 
 def tls_context(settings: TakSettings) -> ssl.SSLContext:
@@ -219,7 +219,8 @@ def tls_context(settings: TakSettings) -> ssl.SSLContext:
     for field in ("ca_file", "certificate_file", "key_file"):
         value = getattr(settings, field)
         if value is not None and not Path(value).is_file():
-            raise ConfigurationError(f"tak.{field}: {value} does not exist; check the path.")
+            remedy = "check the path" if settings.enrol_user is None else "get it by: aos-gcs tak-enrol"
+            raise ConfigurationError(f"tak.{field}: {value} does not exist; {remedy}.")
     try:
         context.load_verify_locations(settings.ca_file)
     except (OSError, ssl.SSLError) as error:
@@ -236,7 +237,8 @@ def tls_context(settings: TakSettings) -> ssl.SSLContext:
     return context
 
 
-def _reason(error: OSError) -> str:
+def reason_text(error: OSError) -> str:
+    """Return why a connection cannot be opened."""
     if isinstance(error, ConnectionRefusedError):
         return "The server refuses the connection; check the port, or start the server."
     if isinstance(error, socket.gaierror):
@@ -244,7 +246,7 @@ def _reason(error: OSError) -> str:
     return f"{error.strerror or type(error).__name__}."
 
 
-def _tls_error(error: ssl.SSLError) -> ChannelError:
+def tls_error(error: ssl.SSLError) -> ChannelError:
     """Return what is wrong with the certificates."""
     if isinstance(error, ssl.SSLCertVerificationError):
         if "not yet valid" in error.verify_message:
