@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 CONFIDENCE = 0.95
+_CALIBRATION_BINS = 10
+"""Ranges of probability, equally wide, within which it is compared with the share of what it is said of."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,6 +166,18 @@ def paired_differences(
             variants, differences, p_values, holm_correction(p_values), strict=True
         )
     )
+
+
+def expected_calibration_error(probabilities: FloatArray, is_true: FloatArray, weights: FloatArray) -> float:
+    """Return the expected calibration error: the difference of probability and truth, averaged over ranges.
+
+    Args:
+        probabilities: what was stated, 0 to 1, shape (n,).
+        is_true: 1 where it was so, else 0, shape (n,).
+        weights: what each counts, with a sum of 1, shape (n,).
+    """
+    bins = np.minimum((probabilities * _CALIBRATION_BINS).astype(np.intp), _CALIBRATION_BINS - 1)
+    return float(np.abs(np.bincount(bins, weights * (probabilities - is_true))).sum())
 
 
 def holm_correction(p_values: Sequence[float]) -> list[float]:

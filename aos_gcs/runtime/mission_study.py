@@ -73,6 +73,11 @@ def judge(key: MissionKey, flight: Flight, mission: FlownMission, processor_s: f
     found = [place for place, error_m in zip(persons_enu_m, nearest_m, strict=True) if error_m <= HERE_M]
     times_s = [_claimed_after_s(place, mission.conclusions) for place in found]
     false_convergences, false_convergence_s = false_approaches(mission.steps, persons_enu_m)
+    stated = [
+        (one.person_confidence, _nearest_m(one.position_enu_m[:2], persons_enu_m) <= HERE_M)
+        for one in snapshot.findings
+        if one.stands and one.person_confidence is not None
+    ]
     return MissionResult(
         key=key,
         persons=len(persons_enu_m),
@@ -92,6 +97,8 @@ def judge(key: MissionKey, flight: Flight, mission: FlownMission, processor_s: f
         steps=len(mission.steps),
         processor_s=processor_s,
         min_height_above_ground_m=flight.min_height_above_ground_m,
+        probabilities=tuple(probability for probability, _ in stated),
+        is_person=tuple(is_person for _, is_person in stated),
     )
 
 

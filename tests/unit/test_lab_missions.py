@@ -107,6 +107,18 @@ def test_figures_have_their_intervals() -> None:
     assert "1 in 0.40 ha: 2.50 (0.06 to 13.93) | 0.20 | 90 |" in text
 
 
+def test_probabilities_are_compared_with_the_truth_where_there_are_enough_findings() -> None:
+    honest = replace(FOUND, probabilities=(0.75,) * 16 + (0.0,) * 4, is_person=(True,) * 12 + (False,) * 8)
+    boastful = replace(honest, probabilities=(1.0,) * 20)
+    (group,) = summarise([honest], vehicles=3)
+    assert group.calibration_error == pytest.approx(0.0)
+    assert "| 0.000 (n = 20) |" in as_markdown([group])
+    (group,) = summarise([boastful], vehicles=3)
+    assert group.calibration_error == pytest.approx(0.4)
+    (group,) = summarise([replace(honest, probabilities=(0.9,), is_person=(True,))], vehicles=3)
+    assert as_markdown([group]).splitlines()[2].endswith("| - |")
+
+
 def test_nothing_claimed_and_nothing_searched_are_dashes() -> None:
     (group,) = summarise([replace(FOUND, claims=0, persons_found=0, errors_m=(), claimed_after_s=())], vehicles=3)
     assert "| 1, 0 | - | 0 of 1: 0 % (0 to 79) | - | - | - |" in as_markdown([group])

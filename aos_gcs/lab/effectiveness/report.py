@@ -21,12 +21,10 @@ from aos_gcs.imaging.persons.decision import decide as decide_body
 from aos_gcs.imaging.persons.evidence import Evidence
 from aos_gcs.lab.effectiveness.study import IN_VIEW_M2, Anomaly, SceneResult
 from aos_gcs.lab.scenes import PositionGrade
-from aos_gcs.lab.statistics import CONFIDENCE, Share
+from aos_gcs.lab.statistics import CONFIDENCE, Share, expected_calibration_error
 
 HERE_M = 3.0
 """A claim farther from the person than this is one about something else."""
-_CALIBRATION_BINS = 10
-"""Ranges of probability, equally wide, within which it is compared with the share of persons."""
 _RESAMPLES = 2000
 _MIN_FOR_INTERVAL = 3
 """Position errors below which their median has no interval worth the name."""
@@ -179,8 +177,7 @@ def calibration_error(results: Iterable[SceneResult], grade: PositionGrade, mode
     share = model.odds / (1.0 + model.odds)
     weights = np.where(labels == 1.0, share / persons, (1.0 - share) / (len(labels) - persons))
     probabilities = np.array([decide_body(one, model).probability for one in evidence])
-    bins = np.minimum((probabilities * _CALIBRATION_BINS).astype(np.intp), _CALIBRATION_BINS - 1)
-    return float(np.abs(np.bincount(bins, weights * (probabilities - labels))).sum())
+    return expected_calibration_error(probabilities, labels, weights)
 
 
 def describe(results: Sequence[SceneResult]) -> str:

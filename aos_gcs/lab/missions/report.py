@@ -13,13 +13,15 @@ from numpy.typing import NDArray
 from aos_gcs.lab.document import DocumentFrame, document_frame
 from aos_gcs.lab.missions.model import MissionResult, MissionsSettings
 from aos_gcs.lab.report import markdown_table
-from aos_gcs.lab.statistics import CONFIDENCE, PerHectare, Share
+from aos_gcs.lab.statistics import CONFIDENCE, PerHectare, Share, expected_calibration_error
 
 BEGIN_MARK = "<!-- Written by aos-gcs lab missions; do not edit below -->"
 _TITLE = "# Missions"
 _RESAMPLES = 2000
 _MIN_FOR_INTERVAL = 3
 """Values below which a figure has no interval worth the name."""
+_MIN_FOR_CALIBRATION = 20
+"""Findings below which probabilities cannot be compared with shares."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +53,10 @@ class Group:
     """Median time from the start to the claim of a person."""
     error_m: Figure
     """Median position error."""
+    calibration_error: float
+    """Of the probabilities that findings are persons, all of which weigh the same; NaN where there are too few."""
+    findings: int
+    """Findings that it rests on."""
     coverage: Figure
     """Mean share of the area that was in a frame."""
     false_convergences: Figure
@@ -91,6 +97,8 @@ def _group(results: Sequence[MissionResult], vehicles: int) -> Group:
         false_per_ha=PerHectare.of(sum(one.claims for one in empty), sum(one.coverage * one.area_ha for one in empty)),
         claimed_after_s=_figure([time_s for one in results for time_s in one.claimed_after_s], np.median),
         error_m=_figure([error_m for one in results for error_m in one.errors_m], np.median),
+        calibration_error=_calibration_error(results),
+        findings=sum(len(one.probabilities) for one in results),
         coverage=_figure([one.coverage for one in results], np.mean),
         false_convergences=_figure([one.false_convergences for one in results], np.mean),
         false_convergence_min=_figure([one.false_convergence_s / 60.0 for one in results], np.mean),
@@ -99,6 +107,15 @@ def _group(results: Sequence[MissionResult], vehicles: int) -> Group:
         not_landed=sum(vehicles - one.landed for one in results),
         processor_s=float(np.mean([one.processor_s for one in results])),
     )
+
+
+def _calibration_error(results: Sequence[MissionResult]) -> float:
+    probabilities = np.array([stated for one in results for stated in one.probabilities])
+    is_person = np.array([true for one in results for true in one.is_person], dtype=np.float64)
+    count = len(probabilities)
+    if count < _MIN_FOR_CALIBRATION:
+        return math.nan
+    return expected_calibration_error(probabilities, is_person, np.full(count, 1.0 / count))
 
 
 def _figure(values: Sequence[float], statistic: Callable[[NDArray[np.float64]], np.floating]) -> Figure:
@@ -130,6 +147,7 @@ def as_markdown(groups: Sequence[Group]) -> str:
             "false claims per searched ha without a person",
             "median error, m",
             "median time to a person's claim, s",
+            "calibration error of findings",
         ],
         (
             [
@@ -140,6 +158,7 @@ def as_markdown(groups: Sequence[Group]) -> str:
                 one.false_per_ha.text(2),
                 _text(one.error_m, 2),
                 _text(one.claimed_after_s, 0),
+                "-" if math.isnan(one.calibration_error) else f"{one.calibration_error:.3f} (n = {one.findings})",
             ]
             for one in groups
         ),

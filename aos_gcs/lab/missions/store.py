@@ -65,5 +65,5 @@ def _results(path: Path) -> list[MissionResult]:
 
 
 def _parse(table: dict[str, Any]) -> MissionResult:
-    lists = {name: tuple(table[name]) for name in ("errors_m", "claimed_after_s")}
+    lists = {name: tuple(value) for name, value in table.items() if isinstance(value, list)}
     return MissionResult(**{**table, **lists, "key": MissionKey(**table["key"])})
