@@ -3,6 +3,8 @@
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import reduce
+from operator import add
 
 import numpy as np
 import pytest
@@ -14,7 +16,7 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import nadir_pose
 from aos_gcs.imaging.persons.decision import FindingKind, Verdict, decide, pooled
 from aos_gcs.imaging.persons.evidence import gather_evidence
-from aos_gcs.imaging.persons.form import Form, form_sums
+from aos_gcs.imaging.persons.form import MAX_VANTAGE_POINTS, Form, form_sums
 from aos_gcs.imaging.persons.kinds import log_ratio
 from aos_gcs.imaging.persons.warm_bodies import WarmView
 
@@ -91,10 +93,27 @@ def test_sums_of_two_parts_are_those_of_all(first: int) -> None:
     parts = form_sums(views[:first], 0.0) + form_sums(views[first:], 0.0)
     form = parts.form()
     assert form is not None
-    assert form.views == together.views
+    assert form.vantage_points == together.vantage_points
     assert (form.length_m, form.width_m, form.heights_m2, form.spread_k) == pytest.approx(
         (together.length_m, together.width_m, together.heights_m2, together.spread_k)
     )
+
+
+def test_frames_from_one_place_count_once_however_many_they_are() -> None:
+    """A vehicle that hovers sees the same part of a body through the same gap again and again."""
+    views = views_of(box((0.4, 1.0, 0.8)), share=0.9)
+    part = replace(views[0], points_enu_m=views[0].points_enu_m[:40], contrast_k=np.full(40, 30.0))
+    once, often = form_of([*views[1:], part]), form_of([*views[1:], *[part] * 50])
+    assert often == once
+    elsewhere = replace(part, pose=nadir_pose(part.pose.position_enu_m + np.array([2.5, 0.0, 0.0])))
+    assert form_of([*views[1:], part, elsewhere]).vantage_points == once.vantage_points + 1
+
+
+def test_the_latest_vantage_points_are_kept() -> None:
+    view = views_of(box((0.4, 1.0, 0.8)))[0]
+    places = [replace(view, pose=nadir_pose([5.0 * index, 0.0, UP_M])) for index in range(200)]
+    sums = reduce(add, (form_sums([place], 0.0) for place in places))
+    assert sums.sums.keys() == form_sums(places[-MAX_VANTAGE_POINTS:], 0.0).sums.keys()
 
 
 def test_what_is_hot_is_told_by_its_share_and_by_how_much_warmer_it_is() -> None:
@@ -130,8 +149,8 @@ def test_a_person_an_animal_and_a_stone_are_told_apart_by_their_form() -> None:
     assert log_ratio(replace(STANDING, spread_k=0.8)) > 1.0, "one who is covered all over"
 
 
-def test_few_frames_say_less() -> None:
-    assert 0.0 < log_ratio(replace(STANDING, views=4, heights_sigma_m2=0.12)) < log_ratio(STANDING)
+def test_few_vantage_points_say_less() -> None:
+    assert 0.0 < log_ratio(replace(STANDING, vantage_points=4, heights_sigma_m2=0.12)) < log_ratio(STANDING)
 
 
 def looks(by_warmth: float, count: int = 10) -> list[Verdict]:

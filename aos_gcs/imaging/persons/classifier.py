@@ -42,6 +42,13 @@ MAX_CONTRAST_K = 40.0
 """Skin is at most 37 °C warm, and surroundings in which people are searched for seldom colder than -3 °C."""
 MIN_VEHICLES = 2
 """Vehicles that must agree; one alone may see a defective pixel, or a piece of another body beside its place."""
+DAY_SIGMA_K = 1.5
+"""Standard deviation of the contrasts of a day about those of the days that a model is fitted to: the air is warmer or
+cooler, and the sun has shone for longer. An assumption."""
+_DAYS_K, _DAYS_WEIGHT = np.polynomial.hermite_e.hermegauss(5) * np.array(
+    [[DAY_SIGMA_K], [1.0 / math.sqrt(2.0 * math.pi)]]
+)
+"""Such differences, and their weights in a mean over days."""
 _CLOTHES_K = 16.0
 """Median contrast above which a body is no more like clothes."""
 _SKIN_K = 20.0
@@ -78,13 +85,15 @@ def person_confidence(evidence: Evidence, model: PersonModel | None = None) -> f
     """Return the probability, 0 to 1, that a warm body is a person; ``model`` None: the one fitted to simulations.
 
     What follows from it is said by :func:`aos_gcs.imaging.persons.decision.decide` alone.
-    It holds where there are as many persons per other warm body as the model's ``odds`` say.
+    It holds where there are as many persons per other warm body as the model's ``odds`` say, and is the mean over days
+    that are warmer and cooler than those that the model was fitted to.
     """
     if evidence.contrast_peak_k > MAX_CONTRAST_K or evidence.vehicles < MIN_VEHICLES:
         return 0.0
     model = default_model() if model is None else model
-    standardised = (_features(evidence) - model.centres) / model.scales
-    return float(scipy.special.expit(standardised @ np.array(model.weights) + model.bias + math.log(model.odds)))
+    standardised = (np.array([_features(evidence, day_k) for day_k in _DAYS_K]) - model.centres) / model.scales
+    log_odds = standardised @ np.array(model.weights) + model.bias + math.log(model.odds)
+    return float(_DAYS_WEIGHT @ scipy.special.expit(log_odds))
 
 
 def fit_person_model(evidence: Sequence[Evidence], is_person: Sequence[bool], odds: float = PERSON_ODDS) -> PersonModel:
@@ -163,8 +172,9 @@ def _parse(text: str, name: str) -> PersonModel:
     return model
 
 
-def _features(evidence: Evidence) -> NDArray[np.float64]:
-    median_k, peak_k = evidence.contrast_median_k, evidence.contrast_peak_k
+def _features(evidence: Evidence, day_k: float = 0.0) -> NDArray[np.float64]:
+    """Return the features of a body whose contrasts were greater by ``day_k``."""
+    median_k, peak_k = evidence.contrast_median_k + day_k, evidence.contrast_peak_k + day_k
     clothes, skin, face = (
         min(max(contrast_k, 0.0), most_k) / most_k
         for contrast_k, most_k in ((median_k, _CLOTHES_K), (peak_k, _SKIN_K), (peak_k - median_k, _FACE_K))

@@ -1,8 +1,8 @@
 """The one decision: what something is that a swarm has seen, how probably a person, and why.
 
-It rests on two things: how warm a body is, by a model of the day's temperatures (:mod:`classifier
+It rests on two things: how warm a body is, by a model of temperatures on days that differ (:mod:`classifier
 <aos_gcs.imaging.persons.classifier>`), and its size and pattern of warmth, which are the same on any day (:mod:`kinds
-<aos_gcs.imaging.persons.kinds>`). The more frames tell the latter, the less the former counts.
+<aos_gcs.imaging.persons.kinds>`). The latter counts in full once enough vantage points tell it.
 
 Missions, their findings and notices, the score of simulated missions, and the study of effectiveness all call
 :func:`decide` on :class:`~aos_gcs.imaging.persons.evidence.Evidence`; none has a rule of its own. What is
@@ -28,7 +28,7 @@ DECISION = 0.5
 TOGETHER = 0.65
 """Probability from which several looks together are of a person: of a hot stone that is looked at for minutes, the
 worst moment counts, and half a chance in each of them is not enough."""
-SURELY_OTHER = 0.02
+SURELY_OTHER = 0.01
 """Probability up to which a body that most vehicles see needs no longer look."""
 MOST = 0.6
 """Share of the vehicles that are most of them."""
@@ -50,11 +50,9 @@ HIDDEN_SHARE = 0.3
 """Share of looks at other persons in which leaves hide all skin: 8 of 27 in simulated forests, 300 to 500 trees/ha."""
 FRESH_LOOKS = 3
 """Looks of which the first and the last have no frame in common: each rests on those of three steps."""
-FORM_TOLD = 20
-"""Frames from which on a form is told, so that a person may be announced by it. Fewer count less: frames that show a
-part of an animal each may make it a person's."""
-_WARMTH_BESIDE_FORM = 0.55
-"""What temperatures count for where the form is told: the day may be some kelvin warmer than the model's."""
+FORM_TOLD = 6
+"""Vantage points from which on a form is told, so that a person may be announced by it. Fewer count less: frames that
+show a part of an animal each may make it a person's."""
 _TOLD_HEIGHT_M2 = 0.05
 """Standard deviation of the variance of heights up to which a height is told: 0.4 m of a standing person's."""
 _SUREST_LOG_ODDS = 5.0
@@ -98,7 +96,7 @@ class Verdict:
     is never: leaves may hide a person from all of them but one."""
     is_evidence: bool = True
     """Whether it counts beside other looks; what a single vehicle sees does not, nor what frames taken in flight show
-    too cool for a person, when it may have been as warm as one."""
+    too cool for a person."""
     is_uniform: bool = False
     """Whether it is equally warm all over, as a stone is, so that no skin shows."""
     by_warmth: float | None = None
@@ -129,7 +127,7 @@ def decide(evidence: Evidence, model: PersonModel | None = None) -> Verdict:
         _reasons(evidence),
         is_surely_other=is_surely_other,
         is_thorough=is_surely_other and evidence.views >= max(THOROUGH_FRAMES, MOST * evidence.frames),
-        is_evidence=evidence.vehicles >= MIN_VEHICLES and not (may_be_more and probability < DECISION),
+        is_evidence=evidence.vehicles >= MIN_VEHICLES and not (evidence.is_smeared and probability < DECISION),
         is_uniform=evidence.contrast_peak_k - evidence.contrast_median_k < _FUR_SPREAD_K,
         by_warmth=by_warmth,
     )
@@ -182,9 +180,8 @@ def _with_form(log_odds: float, form: Form | None, log_ratio_without_skin: float
     """Return the probability by temperatures and, where it is known, form, which says itself whether skin shows."""
     if form is None:
         return float(scipy.special.expit(log_odds + log_ratio_without_skin))
-    told = min(form.views / FORM_TOLD, 1.0)
-    by_warmth = (1.0 - (1.0 - _WARMTH_BESIDE_FORM) * told) * log_odds + (1.0 - told) * log_ratio_without_skin
-    return float(scipy.special.expit(by_warmth + told * log_ratio(form)))
+    told = min(form.vantage_points / FORM_TOLD, 1.0)
+    return float(scipy.special.expit(log_odds + told * log_ratio(form)))
 
 
 def _log_odds(probability: float) -> float:

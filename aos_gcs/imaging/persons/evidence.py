@@ -9,11 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.geometry.projection import project_points
-from aos_gcs.imaging.persons.form import Form, form_sums
+from aos_gcs.imaging.persons.form import APART_M, Form, form_sums
 from aos_gcs.imaging.persons.warm_bodies import WarmView
 
-APART_M = 2.0
-"""Distance between two places of one camera from which they count as those of two: a projected twig wide or more."""
 SHARP_VEHICLES = 2
 """Vehicles whose frames tell contrasts without those of others that were in flight."""
 

@@ -2,7 +2,10 @@
 
 Leaves leave a frame a part of a body only, and errors of poses lay the parts that frames show beside one another.
 Within a frame, places and temperatures keep their relation. So each frame's pixels are taken about their own middle,
-and only sums over frames are kept: those of a later step are added, and nothing grows.
+and only sums over frames are kept, to which those of a later step are added.
+
+A vehicle that hovers sees the same part of a body through the same gap again and again. However many frames it takes
+there, they count as one: sums are kept per vantage point, and each counts by the mean of its frames.
 
 A point at height z above the focal plane appears displaced by z times the slope of its line of sight. The covariance of
 what a frame shows is therefore that of the body seen from above, plus the variance of its heights along the slope:
@@ -16,16 +19,22 @@ towards every frame's edge, an animal is long in one direction on the map, whoev
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from functools import reduce
+from operator import add
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.imaging.persons.warm_bodies import WarmView
 
-MIN_VIEWS = 4
-"""Frames from which on a form is told."""
+MIN_VANTAGE_POINTS = 4
+"""Vantage points from which on a form is told."""
+APART_M = 2.0
+"""Size of the cell within which the places of one vehicle are one vantage point: a projected twig wide or more."""
+MAX_VANTAGE_POINTS = 120
+"""Vantage points whose frames are kept, the latest ones: as many places of ten vehicles as a close look takes."""
 MIN_PIXELS = 6
 """Warm pixels of a frame that tell more than that something is there."""
 MAX_EXTENT_M = 2.5
@@ -51,8 +60,8 @@ _EDGES_K = _BIN_K * np.arange(_BINS + 1)
 class Form:
     """Size and warmth of a body."""
 
-    views: int
-    """Frames that it rests on."""
+    vantage_points: int
+    """Places of vehicles whose frames it rests on."""
     length_m: float
     """Length seen from above, of what the frames show of it: leaves shorten it."""
     width_m: float
@@ -72,61 +81,76 @@ class Form:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class FormSums:
-    """Sums over frames that a body's form follows from; one pixel weighs as much as any other."""
+class _Sums:
+    """Sums over frames; one pixel weighs as much as any other."""
 
-    views: int = 0
-    weight: float = 0.0
-    moments_m2: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    frames: float
+    weight: float
+    moments_m2: NDArray[np.float64]
     """Weighted covariances of pixels: east, east and north, north."""
-    slopes: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    slopes: NDArray[np.float64]
     """Weighted products of the lines' slopes, alike."""
-    slopes_squared: float = 0.0
-    moments_by_slopes_m2: float = 0.0
-    counts: NDArray[np.int64] = field(default_factory=lambda: np.zeros(_BINS, dtype=np.int64))
+    slopes_squared: float
+    moments_by_slopes_m2: float
+    counts: NDArray[np.float64]
     """Pixels per bin of contrast."""
-    out_of_focus: float = 0.0
+    out_of_focus: float
     """Weight of the frames whose optics were out of focus."""
 
-    def __add__(self, other: FormSums) -> FormSums:
+    def __add__(self, other: _Sums) -> _Sums:
         """Return the sums over the frames of both."""
-        return FormSums(
-            self.views + other.views,
-            self.weight + other.weight,
-            self.moments_m2 + other.moments_m2,
-            self.slopes + other.slopes,
-            self.slopes_squared + other.slopes_squared,
-            self.moments_by_slopes_m2 + other.moments_by_slopes_m2,
-            self.counts + other.counts,
-            self.out_of_focus + other.out_of_focus,
-        )
+        return _Sums(*(getattr(self, name) + getattr(other, name) for name in _NAMES))
+
+    def mean(self) -> _Sums:
+        """Return the same as of one frame."""
+        return _Sums(*(getattr(self, name) / self.frames for name in _NAMES))
+
+
+_NAMES = tuple(one.name for one in fields(_Sums))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FormSums:
+    """What frames tell about a body's form, by the vantage points that they were taken from."""
+
+    sums: Mapping[tuple[int, int, int], _Sums] = field(default_factory=dict)
+    """Sums by vehicle and cell, east and north; the latest vantage points are the last."""
+
+    def __add__(self, other: FormSums) -> FormSums:
+        """Return what the frames of both tell; the later ones are the other's."""
+        together = {key: one for key, one in self.sums.items() if key not in other.sums}
+        for key, one in other.sums.items():
+            former = self.sums.get(key)
+            together[key] = one if former is None else former + one
+        return FormSums(dict(list(together.items())[-MAX_VANTAGE_POINTS:]))
 
     def form(self) -> Form | None:
-        """Return the form; None where too few frames show enough of the body."""
-        if self.views < MIN_VIEWS:
+        """Return the form; None where too few vantage points show enough of the body."""
+        if len(self.sums) < MIN_VANTAGE_POINTS:
             return None
+        seen = reduce(add, (one.mean() for one in self.sums.values()))
         prior = (_SCATTER_M2 / _HEIGHTS_SIGMA_M2) ** 2
-        information = self.slopes_squared - float(self.slopes @ self.slopes) / self.weight + prior
-        seen_m2 = self.moments_by_slopes_m2 - float(self.moments_m2 @ self.slopes) / self.weight
+        information = seen.slopes_squared - float(seen.slopes @ seen.slopes) / seen.weight + prior
+        seen_m2 = seen.moments_by_slopes_m2 - float(seen.moments_m2 @ seen.slopes) / seen.weight
         heights_m2 = (seen_m2 + prior * _HEIGHTS_M2) / information
-        east_m2, mixed_m2, north_m2 = (self.moments_m2 - heights_m2 * self.slopes) / self.weight
+        east_m2, mixed_m2, north_m2 = (seen.moments_m2 - heights_m2 * seen.slopes) / seen.weight
         minor_m2, major_m2 = np.linalg.eigvalsh([[east_m2, mixed_m2], [mixed_m2, north_m2]])
-        below = np.concatenate(([0], np.cumsum(self.counts))) / self.counts.sum()
+        below = np.concatenate(([0], np.cumsum(seen.counts))) / seen.counts.sum()
         middle_k, warmest_k = np.interp([0.5, 0.99], below, _EDGES_K)
         return Form(
-            views=self.views,
+            vantage_points=len(self.sums),
             length_m=max(_UNIFORM * math.sqrt(max(float(major_m2), 0.0)), _LEAST_M),
             width_m=max(_UNIFORM * math.sqrt(max(float(minor_m2), 0.0)), _LEAST_M),
             heights_m2=float(heights_m2),
             heights_sigma_m2=_SCATTER_M2 / math.sqrt(information),
             spread_k=float(warmest_k - middle_k)
-            / (1.0 + (_OUT_OF_FOCUS_SPREAD - 1.0) * self.out_of_focus / self.weight),
+            / (1.0 + (_OUT_OF_FOCUS_SPREAD - 1.0) * seen.out_of_focus / seen.weight),
             hot_share=1.0 - float(np.interp((middle_k + warmest_k) / 2.0, _EDGES_K, below)),
         )
 
 
 def form_sums(body: Sequence[WarmView], plane_height_m: float) -> FormSums:
-    """Return the sums over the views of one body, with temperatures and of cameras that hover.
+    """Return what the views of one body tell, of those with temperatures and of cameras that hover.
 
     Args:
         body: the parts of the views that show it.
@@ -147,19 +171,28 @@ def form_sums(body: Sequence[WarmView], plane_height_m: float) -> FormSums:
     points_enu_m = np.concatenate([view.points_enu_m for view in views])
     middles_enu_m = np.add.reduceat(points_enu_m, starts) / pixels[:, None]
     east_m, north_m = (points_enu_m - np.repeat(middles_enu_m, pixels, axis=0)).T
-    weighted_m2 = np.add.reduceat(np.column_stack((east_m**2, east_m * north_m, north_m**2)), starts)
+    moments_m2 = np.add.reduceat(np.column_stack((east_m**2, east_m * north_m, north_m**2)), starts)
     cameras_enu_m = np.array([view.pose.position_enu_m for view in views])
     east, north = ((middles_enu_m - cameras_enu_m[:, :2]) / (cameras_enu_m[:, 2:] - plane_height_m)).T
     slopes = np.column_stack((east**2, east * north, north**2))
     contrast_k = np.concatenate([view.contrast_k for view in views])
     bins = np.clip((contrast_k / _BIN_K).astype(np.int64), 0, _BINS - 1)
-    return FormSums(
-        views=len(views),
-        weight=float(pixels.sum()),
-        moments_m2=weighted_m2.sum(axis=0),
-        slopes=pixels @ slopes,
-        slopes_squared=float(pixels @ (slopes**2).sum(axis=1)),
-        moments_by_slopes_m2=float((weighted_m2 * slopes).sum()),
-        counts=np.bincount(bins, minlength=_BINS),
-        out_of_focus=float(pixels @ np.array([view.out_of_focus for view in views])),
-    )
+    bins += _BINS * np.repeat(np.arange(len(views)), pixels)
+    counts = np.bincount(bins, minlength=_BINS * len(views)).reshape(-1, _BINS).astype(np.float64)
+    cells = np.floor(cameras_enu_m[:, :2] / APART_M).astype(np.int64).tolist()
+    told: dict[tuple[int, int, int], _Sums] = {}
+    for row, (view, (column, line)) in enumerate(zip(views, cells, strict=True)):
+        weight = float(pixels[row])
+        one = _Sums(
+            frames=1.0,
+            weight=weight,
+            moments_m2=moments_m2[row],
+            slopes=weight * slopes[row],
+            slopes_squared=weight * float(slopes[row] @ slopes[row]),
+            moments_by_slopes_m2=float(moments_m2[row] @ slopes[row]),
+            counts=counts[row],
+            out_of_focus=weight * view.out_of_focus,
+        )
+        key = (view.vehicle_id, column, line)
+        told[key] = told[key] + one if key in told else one
+    return FormSums(told)

@@ -17,7 +17,7 @@ from aos_gcs.imaging.persons.form import Form
 MAX_LOG_RATIO = 6.0
 """Logarithm of the likelihood ratio above which, on either side, a form says no more."""
 _LENGTH_NOISE = 0.5
-"""Standard deviation of the logarithm of the length that one frame tells; n frames tell it better by the root of n."""
+"""Standard deviation of the logarithm of the length that one vantage point tells; n tell it better by the root of n."""
 _SLENDERNESS_NOISE = 1.0
 """The same for the ratio of width and length."""
 
@@ -62,7 +62,7 @@ class _Kind:
 
     def likelihood(self, form: Form) -> float:
         """Return the density of a form among bodies of this kind, times their share."""
-        noise = 1.0 / math.sqrt(form.views)
+        noise = 1.0 / math.sqrt(form.vantage_points)
         spread_k, hot_share = max(form.spread_k, _LEAST_SPREAD_K), max(form.hot_share, _LEAST_SHARE)
         warmth = sum(
             pattern.share * pattern.spread_k.log_density(spread_k) * pattern.hot_share.log_density(hot_share)

@@ -118,7 +118,7 @@ class MissionResult:
     min_height_above_ground_m: float | None = None
     """Smallest true height of a vehicle above a relief, away from its launch point; None on level ground."""
     probabilities: tuple[float, ...] = ()
-    """Of the findings that stand, the probability that each is a person, as stated at the end."""
+    """Probability that each finding that stands is a person, as stated at the end."""
     is_person: tuple[bool, ...] = ()
     """Whether a person is within 3 m of each of these findings."""
 

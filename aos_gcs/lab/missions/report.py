@@ -54,7 +54,7 @@ class Group:
     error_m: Figure
     """Median position error."""
     calibration_error: float
-    """Of the probabilities that findings are persons, all of which weigh the same; NaN where there are too few."""
+    """Expected error of the probabilities that findings are persons, weighing alike; NaN where there are too few."""
     findings: int
     """Findings that it rests on."""
     coverage: Figure

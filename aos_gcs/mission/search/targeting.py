@@ -246,7 +246,7 @@ class TargetTracker:
         """Return whether enough looks tell what a track is, and enough frames its form, if it shows any."""
         if (pool := self._pools.get(track_id)) is None:
             return False
-        is_form_told = pool.form is None or pool.form.views >= FORM_TOLD
+        is_form_told = pool.form is None or pool.form.vantage_points >= FORM_TOLD
         return is_form_told and len(telling(pool.verdicts)) >= self._detection.found_steps
 
     def _stays_warm(self, track_id: int) -> bool:
