@@ -1,17 +1,22 @@
 """Cost of live sharing with TAK: processor time of its process and of the flight's, and the delay of a finding.
 
-    python tests/benchmarks/bench_sharing.py [--vehicles 50] [--seconds 30]
+    python tests/benchmarks/bench_sharing.py [--vehicles 50] [--seconds 30] [--taky PROGRAM]
 
-The receiver is a server of the tests on this machine, read by the process that flies.
+The receiver is a server of the tests on this machine, read by the process that flies. With ``--taky`` (PyPI) it is
+taky, and events count when another client of taky's, in this process, has them.
 """
 
 from __future__ import annotations
 
 import argparse
 import asyncio
+import contextlib
 import os
+import socket
 import statistics
+import tempfile
 import time
+from collections.abc import AsyncIterator
 from pathlib import Path
 
 from aos_gcs.clock import LoopClock
@@ -23,6 +28,12 @@ from tests.fakes.mission import ScriptedMission
 from tests.fakes.sharing import TakServer
 
 _FINDINGS = 15
+_CLIENT = (
+    b'<event version="2.0" uid="bench" type="a-f-G-U-C" how="h-e" time="2026-11-28T00:00:00Z" '
+    b'start="2026-11-28T00:00:00Z" stale="2036-11-28T00:00:00Z"><point lat="48" lon="14" hae="0" ce="1" le="1"/>'
+    b'<detail><contact callsign="bench"/><__group name="Cyan" role="Team Member"/></detail></event>'
+)
+"""Position of a person in the field, by which taky knows its clients."""
 
 
 def cpu_s(pid: int) -> float:
@@ -42,16 +53,49 @@ def child() -> int:
     raise SystemExit("no sharing process")
 
 
-async def measure(vehicles: int, seconds: float) -> None:
+@contextlib.asynccontextmanager
+async def behind_taky(program: str, client: TakServer) -> AsyncIterator[int]:
+    """Run taky, and have a client of its keep what it is sent; the port."""
+    with tempfile.TemporaryDirectory() as name, socket.socket() as probe:
+        folder = Path(name)
+        probe.bind(("127.0.0.1", 0))
+        port = int(probe.getsockname()[1])
+        probe.close()
+        taky = f"[taky]\nhostname = localhost\nbind_ip = 127.0.0.1\npublic_ip = 127.0.0.1\nroot_dir = {folder}\n"
+        rest = f"[cot_server]\nport = {port}\n[dp_server]\nupload_path = {folder}\n[ssl]\nenabled = false\n"
+        (folder / "taky.conf").write_text(taky + rest, encoding="utf-8")
+        process = await asyncio.create_subprocess_exec(program, "-l", "error", cwd=folder)
+        try:
+            reader, writer = await _connected(port)
+            writer.write(_CLIENT)
+            reading = asyncio.create_task(client.serve(reader, writer))
+            yield port
+            reading.cancel()
+        finally:
+            process.terminate()
+            await process.wait()
+
+
+async def _connected(port: int) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
+    for _ in range(100):
+        try:
+            return await asyncio.open_connection("127.0.0.1", port)
+        except OSError:
+            await asyncio.sleep(0.1)
+    raise SystemExit("taky does not listen")
+
+
+async def measure(vehicles: int, seconds: float, taky: str | None) -> None:
     """Fly a scripted mission, with and without sharing it."""
     mission, statuses, server = ScriptedMission(LoopClock(), vehicles), list[ChannelStatus](), TakServer()
+    listening = server.listening() if taky is None else behind_taky(taky, server)
     flying = asyncio.create_task(mission.run())
     await mission.act(Action.START, None)
     await asyncio.sleep(12.0)
     own = cpu_s(os.getpid())
     await asyncio.sleep(seconds)
     alone_s = cpu_s(os.getpid()) - own
-    async with server.listening() as port:
+    async with listening as port:
         settings = SharingSettings(TakSettings(f"tcp://127.0.0.1:{port}"))
         async with open_sharing_process(settings, print) as sharing:
             assert sharing is not None
@@ -87,8 +131,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--vehicles", type=int, default=50)
     parser.add_argument("--seconds", type=float, default=30.0)
+    parser.add_argument("--taky", help="Program of taky.")
     options = parser.parse_args()
-    asyncio.run(measure(options.vehicles, options.seconds))
+    asyncio.run(measure(options.vehicles, options.seconds, options.taky))
 
 
 if __name__ == "__main__":
