@@ -118,7 +118,7 @@ def examine_plan(
         chances = chances_of(plan, settings.imaging.plane_height_m, plan_prior(plan, settings, origin))
         legs = order_legs(legs, plan, chances, launch_place(plan))
         estimate = estimate_over_ground(plan, settings, origin, homes_enu_m, legs)
-        problems += plan_warnings(plan, estimate)
+        problems += plan_warnings(plan, estimate, _separation_m(settings))
     return PlanExamination(tuple(sorted(problems, key=lambda problem: not problem.blocking)), legs, estimate)
 
 
@@ -293,10 +293,14 @@ def _refusals(values: Mapping[str, object], declared: Mapping[str, Parameter]) -
                 yield error
 
 
+def _separation_m(settings: MissionSettings) -> float:
+    return settings.safety.applied_to(UNLIMITED).separation_m
+
+
 def _check_heights(plan: MissionPlan, settings: MissionSettings) -> Iterator[PlanProblem]:
     plane_m = settings.imaging.plane_height_m
     highest_m = plan.highest_layer_m
-    separation_m = settings.safety.applied_to(UNLIMITED).separation_m
+    separation_m = _separation_m(settings)
     for field in ("floor_m", "ceiling_m"):
         value_m = getattr(plan, field)
         if value_m is not None and not abs(value_m) <= MAX_HEIGHT_M:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from aos_gcs.airspace.accuracy import needed_spacing_m
 from aos_gcs.airspace.polygon import as_polygon, signed_depth_m
 from aos_gcs.airspace.stopping import StoppingDistance
 from aos_gcs.planning.advice import MIN_LAYERS_WITHOUT_RTK_M
@@ -23,10 +24,27 @@ _ROUNDING_M = 0.1
 """Margins are entered with one decimal."""
 
 
-def plan_warnings(plan: MissionPlan, estimate: PlanEstimate) -> Iterator[PlanProblem]:
-    """Yield what a plan that can be flown would better not do."""
+def plan_warnings(plan: MissionPlan, estimate: PlanEstimate, separation_m: float) -> Iterator[PlanProblem]:
+    """Yield what a plan that can be flown would better not do; vehicles keep a separation of ``separation_m``."""
+    yield from _warn_of_layers(plan, separation_m)
     yield from _warn_of_flight(plan, estimate)
     yield from _warn_of_margin(plan)
+
+
+def _warn_of_layers(plan: MissionPlan, separation_m: float) -> Iterator[PlanProblem]:
+    least_m = needed_spacing_m(separation_m, 0.0)
+    if plan.vehicles > 1 and plan.layer_spacing_m < least_m:
+        text = (
+            f"Layers of {plan.layer_spacing_m:g} m fail preflight: with a separation of {separation_m:g} m they leave "
+            f"no room for gusts; {least_m:g} m and more do where heights are known by RTK."
+        )
+        yield PlanProblem("layer_spacing_m", text, blocking=False)
+    elif plan.layer_spacing_m < MIN_LAYERS_WITHOUT_RTK_M:
+        text = (
+            f"Layers of {plan.layer_spacing_m:g} m need heights known by RTK; without it, "
+            f"{MIN_LAYERS_WITHOUT_RTK_M:g} m and more are safe."
+        )
+        yield PlanProblem("layer_spacing_m", text, blocking=False)
 
 
 def _warn_of_flight(plan: MissionPlan, estimate: PlanEstimate) -> Iterator[PlanProblem]:
@@ -35,13 +53,6 @@ def _warn_of_flight(plan: MissionPlan, estimate: PlanEstimate) -> Iterator[PlanP
             "vehicles",
             "A single vehicle looks closer by visiting places around what it has seen, one after the other; the "
             "strategy is for two and more.",
-            blocking=False,
-        )
-    if plan.layer_spacing_m < MIN_LAYERS_WITHOUT_RTK_M:
-        yield PlanProblem(
-            "layer_spacing_m",
-            f"Layers of {plan.layer_spacing_m:g} m need heights known by RTK; without it, "
-            f"{MIN_LAYERS_WITHOUT_RTK_M:g} m and more are safe.",
             blocking=False,
         )
     highest_m = plan.highest_layer_m

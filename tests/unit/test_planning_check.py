@@ -9,6 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from aos_gcs.airspace.accuracy import needed_spacing_m
+from aos_gcs.airspace.limits import UNLIMITED
 from aos_gcs.airspace.raster import PlanRaster
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.planning.advice import propose
@@ -130,6 +132,21 @@ def test_a_single_vehicle_can_be_flown_and_it_is_said_how_it_looks_closer() -> N
     (advice,) = check_plan(replace(PLAN, vehicles=1, search_mode=SearchMode.CONTINUOUS), SETTINGS)
     assert (advice.field, advice.blocking) == ("vehicles", False)
     assert "visiting places around what it has seen" in advice.text
+
+
+@pytest.mark.parametrize(
+    ("spacing_m", "text"),
+    [
+        (2.0, "fail preflight: with a separation of 1.5 m they leave no room for gusts; 2.2 m and more do"),
+        (2.5, "need heights known by RTK; without it, 3 m"),
+    ],
+)
+def test_layers_that_preflight_would_refuse_are_warned_of_in_the_plan(spacing_m: float, text: str) -> None:
+    (warning,) = check_plan(replace(PLAN, layer_spacing_m=spacing_m), SETTINGS)
+    assert (warning.field, warning.blocking) == ("layer_spacing_m", False)
+    assert text in warning.text
+    joint_m = spacing_m - needed_spacing_m(SETTINGS.safety.applied_to(UNLIMITED).separation_m, 0.0)
+    assert (joint_m < 0.0) == ("fail preflight" in warning.text), "as preflight reckons"
 
 
 def test_heights_that_need_a_permission_are_warned_of() -> None:

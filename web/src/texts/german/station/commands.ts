@@ -117,6 +117,10 @@ export const commands: readonly StationText[] = [
     "Die unterste Höhenebene von {lowest} m liegt nicht über den Baumkronen, {canopy} m.",
   ],
   [
+    "Layers of {spacing} m fail preflight: with a separation of {separation} m they leave no room for gusts; {least} m and more do where heights are known by RTK.",
+    "Höhenebenen von {spacing} m bestehen die Vorflugkontrolle nicht: Bei einem Abstand von {separation} m lassen sie keinen Raum für Böen; {least} m und mehr genügen, wo Höhen durch RTK bekannt sind.",
+  ],
+  [
     "Layers of {spacing} m need heights known by RTK; without it, {least} m and more are safe.",
     "Höhenebenen von {spacing} m brauchen RTK-Höhen; ohne RTK sind {least} m und mehr sicher.",
   ],
