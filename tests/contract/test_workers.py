@@ -10,6 +10,7 @@ import subprocess
 import sys
 import textwrap
 from collections.abc import AsyncIterator
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -25,6 +26,7 @@ from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.ports import ThreadWorker, Worker
 from aos_gcs.prior.model import AreaPrior
 from aos_gcs.prior.segments import Segment
+from aos_gcs.runtime.workers import VIDEO
 from aos_gcs.workers.process import ProcessWorker, WorkerSettings, open_worker
 from tests.fakes import work
 from tests.fakes.fleet import ORIGIN
@@ -32,6 +34,7 @@ from tests.fakes.shutter_vehicle import NoDownloads
 
 pytestmark = pytest.mark.realtime
 
+LEAST_PRIORITY = 19
 SETTINGS = WorkerSettings("Image analysis", 2 * 2**30, 60.0, ("numpy",))
 
 
@@ -50,10 +53,12 @@ async def process() -> AsyncIterator[ProcessWorker]:
         yield opened
 
 
-async def test_a_process_steps_back_behind_the_flight_as_its_session_does(process: ProcessWorker) -> None:
-    niceness, autogroup = await process.run(work.priorities)
-    assert niceness == os.getpriority(os.PRIO_PROCESS, 0) + 5
-    assert not autogroup or autogroup.split()[-1] == "5"
+@pytest.mark.parametrize("niceness", [SETTINGS.niceness, VIDEO.niceness])
+async def test_a_process_steps_back_behind_the_flight_as_its_session_does(niceness: int) -> None:
+    async with open_worker(replace(SETTINGS, niceness=niceness)) as process:
+        own, autogroup = await process.run(work.priorities)
+    assert own == min(LEAST_PRIORITY, os.getpriority(os.PRIO_PROCESS, 0) + niceness)
+    assert not autogroup or autogroup.split()[-1] == str(niceness)
 
 
 async def test_arrays_of_any_kind_go_there_and_come_back(worker: Worker) -> None:
