@@ -1,5 +1,6 @@
 import { expect, test } from "vitest";
 import { likelihood } from "../src/format";
+import { alertedFinding } from "../src/state/findings";
 import { notations } from "../src/views/decide/findings";
 import { ellipseText, evidenceText, listed, reported, sightingsText, statusText } from "../src/views/decide/findings";
 import { findingsLayer } from "../src/views/decide/findings_layer";
@@ -93,4 +94,20 @@ test("findings have their numbers and signs on the map, the chosen one stands ou
     "Finding 4 ?",
   ]);
   expect(features.filter((feature) => feature.properties?.["isChosen"])).toHaveLength(1);
+});
+
+test("the first alert that is about a finding leads to it", () => {
+  const findings = [
+    finding(1, { track_id: 7 }),
+    finding(2, { track_id: 8 }),
+    finding(3, { track_id: 9, merged_into: 1 }),
+  ];
+  const found = (...tracks: (number | null)[]) =>
+    alertedFinding(
+      tracks.map((trackId) => ({ trackId })),
+      findings,
+    )?.finding_id;
+  expect(found(null, 8, 7)).toBe(2);
+  expect(found(9)).toBe(1);
+  expect(found(null, 4)).toBeUndefined();
 });

@@ -51,4 +51,8 @@ describe("keys", () => {
       adds: true,
     });
   });
+  test("N shows the finding of an alert, but not while somebody types", () => {
+    expect(keyCommand(stroke("n"), "page")).toEqual({ kind: "showFinding" });
+    expect(keyCommand(stroke("n"), "text")).toBeNull();
+  });
 });

@@ -1,9 +1,10 @@
 /** Shell: header, tabs, alerts and windows around one view. */
-import { useEffect, useState } from "preact/hooks";
+import { useEffect, useRef, useState } from "preact/hooks";
 import type { HoldStream } from "../api/hold";
 import { storedNotation, storeNotation } from "../coordinates";
 import { useOffline } from "../offline/use_offline";
 import { ReplayBar } from "../replay/bar";
+import { alertedFinding } from "../state/findings";
 import { isSilent } from "../state/freshness";
 import { may } from "../state/roles";
 import { NO_SELECTION, retain, select, typeDigit } from "../state/selection";
@@ -47,12 +48,20 @@ export function App({ store, stream }: { store: Store; stream: HoldStream }) {
   const [areSettingsOpen, setSettingsOpen] = useState(false);
   const [selection, changeSelection] = useState(NO_SELECTION);
   const { mission, connection } = state;
+  const navigate: Shell["navigate"] = (view, params) => (location.hash = routeHash(view, params));
+  const main = useRef<HTMLElement>(null);
+  /** Go to a view other than by its tab: the next press of Tab leads into it, not through the top of the page again. */
+  const enter: Shell["navigate"] = (view, params) => {
+    main.current?.focus({ preventScroll: true });
+    navigate(view, params);
+  };
   const commands = useCommands({
     mission,
     selection,
     isConnected: connection === "open",
     stream,
     onForbidden: access.refresh,
+    onNewSortie: () => enter("prepare"),
   });
   const fleet = mission?.vehicles.map((vehicle) => vehicle.vehicle_id) ?? [];
   useEffect(() => changeSelection((before) => retain(before, fleet)), [fleet.join()]);
@@ -79,7 +88,7 @@ export function App({ store, stream }: { store: Store; stream: HoldStream }) {
     theme,
     notation,
     route,
-    navigate: (view, params) => (location.hash = routeHash(view, params)),
+    navigate,
     selection,
     changeSelection,
     commands,
@@ -89,7 +98,10 @@ export function App({ store, stream }: { store: Store; stream: HoldStream }) {
       // Observers read the refusal of the station: a key without any effect could look as if it had worked.
       if (!isReplay && !isSurvey) commands.holdAll();
     } else if (command.kind === "view") {
-      if (!isSurvey || isViewOfSurveys(command.view)) shell.navigate(command.view);
+      if (!isSurvey || isViewOfSurveys(command.view)) enter(command.view);
+    } else if (command.kind === "showFinding") {
+      const finding = alertedFinding(alerts, mission?.findings ?? []);
+      if (finding !== null) enter("decide", { finding: String(finding.finding_id) });
     } else if (command.kind === "digit")
       changeSelection((before) => typeDigit(before, command, fleet, performance.now()));
     else if (command.kind === "help") setSettingsOpen(true);
@@ -134,7 +146,13 @@ export function App({ store, stream }: { store: Store; stream: HoldStream }) {
             <ReplayBar replay={mission.replay} missionId={mission.mission_id} mayControl={isOperator} />
           )}
           {/* With other units, or in another language, everything is written anew. */}
-          <main key={`${units} ${language}`} class={`view view-${route.view}`} aria-label={texts.nav.view[route.view]}>
+          <main
+            key={`${units} ${language}`}
+            ref={main}
+            class={`view view-${route.view}`}
+            tabIndex={-1}
+            aria-label={texts.nav.view[route.view]}
+          >
             <Boundary key={`${route.view} ${mission?.mission_id ?? ""}`}>
               <View />
             </Boundary>

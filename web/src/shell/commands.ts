@@ -47,9 +47,11 @@ interface Page {
   readonly stream: HoldStream;
   /** Called when the station refuses commands from this page. */
   onForbidden(): void;
+  /** Called when the station prepares another sortie for this page. */
+  onNewSortie(): void;
 }
 
-export function useCommands({ mission, selection, isConnected, stream, onForbidden }: Page): Commands {
+export function useCommands({ mission, selection, isConnected, stream, onForbidden, onNewSortie }: Page): Commands {
   const [question, setQuestion] = useState<Command | null>(null);
   const [reports, setReports] = useState<readonly Report[]>([]);
   const nextId = useRef(1);
@@ -74,6 +76,7 @@ export function useCommands({ mission, selection, isConnected, stream, onForbidd
     clearTimeout(overdue);
     if (!answer.ok && answer.status === FORBIDDEN) onForbidden();
     change({ answer });
+    if (answer.ok && command.action === "new_sortie") onNewSortie();
   };
   return {
     reports,

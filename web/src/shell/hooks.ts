@@ -2,7 +2,7 @@
 import { useEffect, useRef, useState } from "preact/hooks";
 import type { State } from "../state/state";
 import type { Store } from "../state/store";
-import { focusOf, type KeyCommand, keyCommand } from "./keys";
+import { focusOf, type KeyCommand, keyCommand, pressesAgain } from "./keys";
 import { parseRoute, type Route, surveyRoute } from "./route";
 
 /** Interval of updates while no data arrive, so that ages advance. */
@@ -25,6 +25,7 @@ export function useKeys(onCommand: (command: KeyCommand) => void): void {
   handler.current = onCommand;
   useEffect(() => {
     const listen = (event: KeyboardEvent): void => {
+      if (pressesAgain(event)) event.preventDefault();
       const command = keyCommand(event, focusOf(event.target, document));
       if (command !== null) handler.current(command);
     };

@@ -19,7 +19,7 @@ export type KeyCommand =
   | { readonly kind: "holdAll" }
   | { readonly kind: "view"; readonly view: ViewName }
   | { readonly kind: "digit"; readonly digit: string; readonly adds: boolean }
-  | { readonly kind: "selectAll" | "clearSelection" | "help" };
+  | { readonly kind: "selectAll" | "clearSelection" | "showFinding" | "help" };
 
 export const HOLD_KEY = "h";
 export const VIEW_KEYS: Readonly<Record<ViewName, string>> = {
@@ -42,10 +42,16 @@ export function keyCommand(stroke: Stroke, focus: Focus): KeyCommand | null {
   const digit = /^(?:Digit|Numpad)(\d)$/.exec(stroke.code)?.[1];
   if (digit !== undefined) return { kind: "digit", digit, adds: stroke.shiftKey };
   if (key === "a") return { kind: "selectAll" };
+  if (key === "n") return { kind: "showFinding" };
   if (key === "escape") return { kind: "clearSelection" };
   if (key === "?") return { kind: "help" };
   const view = (Object.keys(VIEW_KEYS) as ViewName[]).find((name) => VIEW_KEYS[name] === key);
   return view === undefined ? null : { kind: "view", view };
+}
+
+/** Whether a key that is held presses a button once more, such as one that has got the focus meanwhile. */
+export function pressesAgain({ key, repeat, target }: Pick<KeyboardEvent, "key" | "repeat" | "target">): boolean {
+  return repeat && (key === "Enter" || key === " ") && target instanceof HTMLButtonElement;
 }
 
 const NOT_TYPED_INTO = new Set(["button", "checkbox", "radio", "range", "submit", "reset", "file", "color"]);

@@ -177,6 +177,7 @@ export const english = {
       ["P R F S W U D", "Plan, Prepare, Fly, See, Wall, Understand, Decide"],
       ["1 … 9", "Select a vehicle by number; type 1 2 for vehicle 12"],
       ["Shift + number", "Add a vehicle to the selection"],
+      ["N", "Show the finding of the latest alert"],
       ["A", "Select all vehicles"],
       ["Escape", "Clear the selection; close a window"],
       ["Ctrl+Z", "Plan: undo; with Shift: redo"],

@@ -178,6 +178,7 @@ const texts: Texts = {
       ["P R F S W U D", "Plan, Check, Flug, Bilder, Wand, Daten, Funde"],
       ["1 … 9", "Drohne nach Nummer wählen; 1 2 für Drohne 12"],
       ["Umschalt + Zahl", "Drohne zur Auswahl hinzufügen"],
+      ["N", "Fund des jüngsten Alarms zeigen"],
       ["A", "Alle Drohnen auswählen"],
       ["Escape", "Auswahl aufheben; Fenster schließen"],
       ["Strg+Z", "Plan: rückgängig; mit Umschalt: wiederholen"],

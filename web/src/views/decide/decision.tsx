@@ -1,5 +1,5 @@
 /** The operators' decision on a finding, their comment, and who it is assigned to. */
-import { useEffect, useState } from "preact/hooks";
+import { useEffect, useRef, useState } from "preact/hooks";
 import { changeFinding } from "../../api/findings";
 import type { Finding, FindingChange } from "../../api/types";
 import { useShell } from "../../shell/context";
@@ -37,8 +37,13 @@ function useChange({
 export function Decision({ finding }: { finding: Finding }) {
   const { isConnected } = useShell();
   const [refusal, change] = useChange(finding);
+  const group = useRef<HTMLDivElement>(null);
+  // Who comes from an alert or by a key decides next; who works in this view keeps the focus.
+  useEffect(() => {
+    if (!document.activeElement?.closest("main *")) group.current?.focus({ preventScroll: true });
+  }, []);
   return (
-    <div class="decision" role="group" aria-label={texts.decide.decision}>
+    <div ref={group} class="decision" role="group" tabIndex={-1} aria-label={texts.decide.decision}>
       {DECISIONS.filter((status) => status !== "new" || finding.status !== "new").map((status) => (
         <button
           key={status}

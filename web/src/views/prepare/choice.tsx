@@ -42,19 +42,11 @@ export function VehicleChoice() {
             void confirm();
           }}
         >
-          <div class="vehicle-boxes">
-            {ascending(mission.vehicles.map((vehicle) => vehicle.vehicle_id)).map((id) => (
-              <label key={id}>
-                <input
-                  type="checkbox"
-                  data-testid={`choose-${id}`}
-                  checked={chosen.includes(id)}
-                  onChange={(event) => toggle(id, event.currentTarget.checked)}
-                />
-                {id}
-              </label>
-            ))}
-          </div>
+          <VehicleBoxes
+            ids={ascending(mission.vehicles.map((vehicle) => vehicle.vehicle_id))}
+            chosen={chosen}
+            onToggle={toggle}
+          />
           <button type="submit" data-testid="confirm-vehicles" disabled={!isNew}>
             {texts.prepare.confirm(chosen.length)}
           </button>
@@ -64,5 +56,43 @@ export function VehicleChoice() {
         </form>
       )}
     </Panel>
+  );
+}
+
+const STEPS: Readonly<Record<string, number>> = { ArrowUp: -1, ArrowLeft: -1, ArrowDown: 1, ArrowRight: 1 };
+
+interface BoxesProps {
+  ids: readonly number[];
+  chosen: readonly number[];
+  onToggle(id: number, isChosen: boolean): void;
+}
+
+/** One box per vehicle: the Tab key stops once, and the arrow keys move from box to box. */
+function VehicleBoxes({ ids, chosen, onToggle }: BoxesProps) {
+  const [visited, setVisited] = useState<number | null>(null);
+  const stop = ids.find((id) => id === visited) ?? ids[0];
+  const moveFocus = (event: KeyboardEvent & { currentTarget: HTMLElement }): void => {
+    const step = STEPS[event.key];
+    if (step === undefined) return;
+    const boxes = [...event.currentTarget.querySelectorAll("input")];
+    event.preventDefault();
+    boxes[boxes.findIndex((box) => box === event.target) + step]?.focus();
+  };
+  return (
+    <div class="vehicle-boxes" role="group" aria-label={texts.prepare.fleet} onKeyDown={moveFocus}>
+      {ids.map((id) => (
+        <label key={id}>
+          <input
+            type="checkbox"
+            data-testid={`choose-${id}`}
+            tabIndex={id === stop ? 0 : -1}
+            checked={chosen.includes(id)}
+            onFocus={() => setVisited(id)}
+            onChange={(event) => onToggle(id, event.currentTarget.checked)}
+          />
+          {id}
+        </label>
+      ))}
+    </div>
   );
 }
