@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 import pytest_asyncio
 from fastapi import FastAPI
-from playwright.async_api import Page, expect
+from playwright.async_api import Page, Route, expect
 
 from aos_gcs.geometry.notations import Notation
 from aos_gcs.imaging.step.settings import ImagingSettings
@@ -80,6 +80,42 @@ async def test_a_finding_is_confirmed_with_a_remark_and_seen_by_observers(
     await expect(page.get_by_test_id("report-print")).to_be_hidden()
     await expect(page.get_by_test_id("connection")).to_be_hidden()
     assert page_record.errors == []
+
+
+async def test_remarks_typed_while_the_station_answers_stay(page: Page, found_service: Service) -> None:
+    await with_thumbnails(page)
+    await open_page(page, found_service.url, "decide?finding=1")
+    await page.get_by_test_id("sign-in-open").click()
+    await sign_in(page, "Ada", code=OPERATOR_CODE)
+    comment = page.get_by_test_id("finding-comment")
+
+    async def type_on(route: Route) -> None:
+        await comment.fill("lies still, breathes")
+        await route.continue_()
+
+    await page.route("**/api/findings/1", type_on)
+    await comment.fill("lies still")
+    await page.get_by_test_id("finding-assignee").fill("team 2")
+    await page.get_by_test_id("finding-save").click()
+    await expect(page.get_by_test_id("finding-1")).to_contain_text("team 2")
+    await expect(comment).to_have_value("lies still, breathes")
+    await expect(page.get_by_test_id("finding-overtaken")).to_be_empty()
+    await page.unroute("**/api/findings/1")
+
+    await page.evaluate("""() => fetch("/api/findings/1", {
+        method: "PATCH",
+        headers: { "Content-Type": "application/json" },
+        body: JSON.stringify({ comment: "moves" }),
+    })""")
+    await expect(page.get_by_test_id("finding-overtaken")).to_contain_text("moves")
+    await page.get_by_test_id("view-fly").click()
+    await page.get_by_test_id("view-decide").click()
+    await page.get_by_test_id("finding-1").click()
+    await expect(comment).to_have_value("lies still, breathes")
+    await page.get_by_test_id("finding-save").click()
+    await expect(page.get_by_test_id("finding-overtaken")).to_be_empty()
+    await expect(page.get_by_test_id("finding-save")).to_be_disabled()
+    assert found_service.mission.findings.all()[0].comment == "lies still, breathes"
 
 
 async def test_an_alert_leads_to_the_card_with_position_way_and_time(page: Page, found_service: Service) -> None:

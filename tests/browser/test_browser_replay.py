@@ -6,7 +6,7 @@ import hashlib
 import re
 
 import pytest
-from playwright.async_api import Page, expect
+from playwright.async_api import Page, Route, expect
 
 from tests.browser.conftest import PageRecord
 from tests.browser.pages import open_page, place_m
@@ -109,6 +109,23 @@ async def test_a_finger_draws_a_stretch_of_time_out_of_the_charts(
     await page.get_by_test_id("zoom-out").click()
     await expect(page.get_by_test_id("zoom-out")).to_have_count(0)
     assert page_record.errors == []
+
+
+async def test_a_late_autofocus_leaves_the_height_that_was_chosen_meanwhile(page: Page, replayed: str) -> None:
+    await open_page(page, replayed, "see?step=1")
+    await seek(page, SCAN_S)
+    height, label = page.get_by_test_id("height"), page.get_by_test_id("picture-label")
+    await expect(label).to_have_text(re.compile("Integral, step 1, plane at 0.0"))
+
+    async def move_then_answer(route: Route) -> None:
+        await height.fill("5")
+        answer = {"found": True, "height_m": 1.5, "sigma_m": 0.2, "reason": ""}
+        await route.fulfill(json=answer)
+
+    await page.route("**/autofocus?*", move_then_answer)
+    await page.get_by_test_id("autofocus").click()
+    await expect(page.get_by_test_id("focus-result")).to_contain_text("1.50")
+    await expect(height).to_have_value("5")
 
 
 async def test_steps_are_focused_measured_and_compared(page: Page, replayed: str, page_record: PageRecord) -> None:

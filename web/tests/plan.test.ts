@@ -6,8 +6,8 @@ import {
   afterDiscarding,
   afterReading,
   type Draft,
-  DraftKeeper,
   isEdited,
+  planDrafts,
 } from "../src/views/plan/draft";
 import { begun, changed, GESTURE_MS, type History, MAX_STEPS, redone, undone } from "../src/views/plan/history";
 import { parameterHint, parameterTitle, undeclaredParameters, withParameter } from "../src/views/plan/parameters";
@@ -275,7 +275,7 @@ describe("draft of a plan while the station answers", () => {
   });
 
   test("changes by answers that come while another view is open, and not for another mission", () => {
-    const keeper = new DraftKeeper();
+    const keeper = planDrafts();
     keeper.read({ ...read, plan: PLAN });
     const late = (before: Draft): Draft => withPasses(before, 5);
     keeper.change("a", late);

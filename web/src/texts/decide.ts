@@ -56,6 +56,7 @@ export const decide = {
   comment: "Comment",
   assignee: "Assigned to",
   save: "Save comment and assignment",
+  overtaken: (field: string, text: string) => `${field} was changed meanwhile: "${text}". Saving replaces that.`,
   mark: "Mark a position",
   marking: "Click the position on the map",
   markAt: "Mark by coordinates",

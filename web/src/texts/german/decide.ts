@@ -57,6 +57,7 @@ export const decide: Texts["decide"] = {
   comment: "Bemerkung",
   assignee: "Zugewiesen an",
   save: "Bemerkung und Zuweisung speichern",
+  overtaken: (field: string, text: string) => `${field} inzwischen geändert: „${text}“. Speichern ersetzt das.`,
   mark: "Position markieren",
   marking: "Position auf der Karte anklicken",
   markAt: "Nach Koordinaten markieren",

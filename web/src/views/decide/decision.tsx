@@ -3,8 +3,10 @@ import { useEffect, useRef, useState } from "preact/hooks";
 import { changeFinding } from "../../api/findings";
 import type { Finding, FindingChange } from "../../api/types";
 import { useShell } from "../../shell/context";
+import { DraftKeeper } from "../../state/draft_keeper";
 import { texts } from "../../texts";
 import { STATUS_SIGNS } from "./findings";
+import { afterRemarks, changedRemarks, type RemarkName, type RemarksDraft, type RemarksReading } from "./remarks";
 
 /** To take a decision back comes last: the other buttons do not move when it appears. */
 const DECISIONS = ["confirmed", "rejected", "new"] as const;
@@ -63,21 +65,32 @@ export function Decision({ finding }: { finding: Finding }) {
   );
 }
 
+const drafts = new DraftKeeper<RemarksDraft, RemarksReading>(({ key }) => key, afterRemarks);
+
+/** Hook for the remarks being typed, which late answers of the station leave as they are. */
+function useRemarks(key: string, { comment, assignee }: Finding): RemarksDraft {
+  const [draft, setDraft] = useState(() => drafts.of(key));
+  useEffect(() => drafts.subscribe(setDraft), []);
+  useEffect(() => drafts.read({ key, stored: { comment, assignee } }), [key, comment, assignee]);
+  return draft?.key === key ? draft : afterRemarks(null, { key, stored: { comment, assignee } });
+}
+
 export function RemarksForm({ finding }: { finding: Finding }) {
-  const { isConnected } = useShell();
-  const [comment, setComment] = useState(finding.comment);
-  const [assignee, setAssignee] = useState(finding.assignee);
+  const { isConnected, state } = useShell();
+  const key = `${state.mission?.mission_id ?? ""} ${finding.finding_id}`;
+  const draft = useRemarks(key, finding);
   const [refusal, change] = useChange(finding);
-  // Shows what another operator has written meanwhile.
-  useEffect(() => setComment(finding.comment), [finding.comment]);
-  useEffect(() => setAssignee(finding.assignee), [finding.assignee]);
-  const isSaved = comment === finding.comment && assignee === finding.assignee;
+  const { typed, stored, overtaken } = draft;
+  const changed = changedRemarks(draft);
+  const type = (name: RemarkName, text: string): void =>
+    drafts.change(key, (before) => ({ ...before, typed: { ...before.typed, [name]: text } }));
   return (
     <form
       class="form"
       onSubmit={(event) => {
         event.preventDefault();
-        change({ comment, assignee });
+        drafts.change(key, (before) => ({ ...before, sent: before.typed }));
+        change(changed);
       }}
     >
       <label>
@@ -86,8 +99,8 @@ export function RemarksForm({ finding }: { finding: Finding }) {
           rows={2}
           maxLength={2000}
           data-testid="finding-comment"
-          value={comment}
-          onInput={(event) => setComment(event.currentTarget.value)}
+          value={typed.comment}
+          onInput={(event) => type("comment", event.currentTarget.value)}
         />
       </label>
       <label>
@@ -96,12 +109,19 @@ export function RemarksForm({ finding }: { finding: Finding }) {
           type="text"
           maxLength={100}
           data-testid="finding-assignee"
-          value={assignee}
-          onInput={(event) => setAssignee(event.currentTarget.value)}
+          value={typed.assignee}
+          onInput={(event) => type("assignee", event.currentTarget.value)}
         />
       </label>
+      <div role="status" data-testid="finding-overtaken">
+        {overtaken.map((name) => (
+          <p key={name} class="small">
+            {texts.decide.overtaken(texts.decide[name], stored[name])}
+          </p>
+        ))}
+      </div>
       <div class="button-row">
-        <button type="submit" data-testid="finding-save" disabled={!isConnected || isSaved}>
+        <button type="submit" data-testid="finding-save" disabled={!isConnected || Object.keys(changed).length === 0}>
           {texts.decide.save}
         </button>
       </div>

@@ -1,5 +1,6 @@
 /** Draft of a mission's plan, and what becomes of it when the plan of the mission is read again or applied. */
 import type { Plan } from "../../api/types";
+import { DraftKeeper } from "../../state/draft_keeper";
 import { begun, type History } from "./history";
 
 export interface Draft {
@@ -56,36 +57,6 @@ export const afterDiscarding = (before: Draft): Draft => ({
 /** Both as the station sends them, with their fields in its order. */
 const isSamePlan = (one: Plan, other: Plan): boolean => JSON.stringify(one) === JSON.stringify(other);
 
-/** Keeps the draft while another view is open: answers that come then change it as well. */
-export class DraftKeeper {
-  private draft: Draft | null = null;
-  private readonly readers = new Set<(draft: Draft | null) => void>();
-
-  /** The draft of a mission; drafts of others are forgotten. */
-  of(missionId: string): Draft | null {
-    if (this.draft?.missionId !== missionId) this.draft = null;
-    return this.draft;
-  }
-
-  /** Put the draft of a reading in place of the present one. */
-  read(reading: Reading): void {
-    this.put(afterReading(this.draft, reading));
-  }
-
-  /** Change the draft of a mission, unless it is gone. */
-  change(missionId: string, take: (before: Draft) => Draft): void {
-    if (this.draft?.missionId === missionId) this.put(take(this.draft));
-  }
-
-  /** Call `reader` with the draft now and after changes, until the returned function is called. */
-  subscribe(reader: (draft: Draft | null) => void): () => void {
-    this.readers.add(reader);
-    reader(this.draft);
-    return () => void this.readers.delete(reader);
-  }
-
-  private put(draft: Draft): void {
-    this.draft = draft;
-    for (const reader of this.readers) reader(draft);
-  }
-}
+/** Keeper of one plan's draft. */
+export const planDrafts = (): DraftKeeper<Draft, Reading> =>
+  new DraftKeeper(({ missionId }) => missionId, afterReading);

@@ -6,7 +6,7 @@ import { checkPlan, readPlan } from "../../api/plans";
 import type { Plan, PlanReport } from "../../api/types";
 import { useShell } from "../../shell/context";
 import { texts } from "../../texts";
-import { afterApplying, afterDiscarding, DraftKeeper, isEdited } from "./draft";
+import { afterApplying, afterDiscarding, isEdited, planDrafts } from "./draft";
 import { changed, type History, redone, undone } from "./history";
 import type { Undo } from "./use_undo_keys";
 
@@ -15,7 +15,7 @@ const CHECK_AFTER_MS = 400;
 const CHECK_AGAIN_MS = 1500;
 const TOO_MANY_REQUESTS = 429;
 
-const drafts = new DraftKeeper();
+const drafts = planDrafts();
 
 export interface PlanEditor extends Undo {
   /** Null until the plan has been read. */

@@ -1,5 +1,5 @@
 /** Panel for the height of the plane on which the frames of a step are integrated. */
-import { useEffect, useState } from "preact/hooks";
+import { useEffect, useRef, useState } from "preact/hooks";
 import type { ViewedStep } from "../../api/types";
 import { findFocus } from "../../api/viewer";
 import { quantity } from "../../format";
@@ -29,14 +29,20 @@ export function FocalPlane({ viewed, height_m, shown, problem, centre, onHeight 
   const [isFocusing, setFocusing] = useState(false);
   useEffect(() => setFocused(""), [viewed.step]);
   const chosen_m = height_m ?? viewed.focal_height_m;
+  const current = useRef({ step: viewed.step, height_m });
+  current.current = { step: viewed.step, height_m };
   const autofocus = async (at: EnuPoint): Promise<void> => {
+    const asked = current.current;
     setFocusing(true);
     const answer = await findFocus(viewed.step, at, AUTOFOCUS_HALF_WIDTH_M);
     setFocusing(false);
+    const { step, height_m: now_m } = current.current;
+    if (step !== asked.step) return;
     if (!answer.ok) setFocused(answer.message);
     else if (!answer.value.found) setFocused(texts.see.notFocused(said(answer.value.reason)));
     else {
-      onHeight(answer.value.height_m);
+      // Whoever has moved the slider meanwhile keeps the height.
+      if (now_m === asked.height_m) onHeight(answer.value.height_m);
       setFocused(texts.see.focused(quantity(answer.value.height_m, 2, "m"), quantity(answer.value.sigma_m, 2, "m")));
     }
   };
