@@ -165,7 +165,7 @@ class VideoMaker:
 
     def read(self) -> tuple[int, Iterator[bytes]] | None:
         """Return the size and the parts of the video; None where none is ready."""
-        return None if self._video is None else (self._state.bytes, _parts(os.dup(self._video)))
+        return None if self._video is None else (self._state.bytes, _parts(os.fdopen(os.dup(self._video), "rb")))
 
     def _drop(self) -> None:
         if self._video is not None:
@@ -213,15 +213,13 @@ def _spool() -> Iterator[tuple[Path, int]]:
         Path(name).unlink(missing_ok=True)
 
 
-def _parts(descriptor: int) -> Iterator[bytes]:
-    """Yield the content of a file, and close it."""
-    try:
+def _parts(video: BinaryIO) -> Iterator[bytes]:
+    """Yield the content of a file, and close it, also where nobody asks for the first part."""
+    with video:
         offset = 0
-        while part := os.pread(descriptor, _PART_BYTES, offset):
+        while part := os.pread(video.fileno(), _PART_BYTES, offset):  # several may read it at once
             yield part
             offset += len(part)
-    finally:
-        os.close(descriptor)
 
 
 def _unwritten(error: OSError) -> str:
