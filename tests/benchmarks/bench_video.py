@@ -1,6 +1,6 @@
 """Videos of the wall: what one costs, and what the imaging step notices of it.
 
-    python tests/benchmarks/bench_video.py [--seconds 60] [--turns 3]
+    python tests/benchmarks/bench_video.py [--seconds 60] [--turns 8] [--parts cost step]
 
 A record of six cameras with two frames per second each, colour and thermal; the video has all twelve tiles.
 """
@@ -33,6 +33,7 @@ from tests.benchmarks.bench_wall import BANDS, CAMERAS, FRAME_INTERVAL_S, SIZE_P
 
 START_UTC_S = 1.7e9
 STEP_PAUSE_S = 0.2
+PARTS = ("cost", "step")
 
 
 async def record(parent: Path, seconds: float) -> Path:
@@ -107,15 +108,18 @@ async def measure(options: argparse.Namespace) -> None:
     """Measure all."""
     with tempfile.TemporaryDirectory() as parent:
         folder = await record(Path(parent), options.seconds)
-        await measure_cost(folder, options.seconds)
-        await measure_step(folder, options.turns)
+        if "cost" in options.parts:
+            await measure_cost(folder, options.seconds)
+        if "step" in options.parts:
+            await measure_step(folder, options.turns)
 
 
 def main() -> None:
     """Read the options and measure."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=60.0)
-    parser.add_argument("--turns", type=int, default=3)
+    parser.add_argument("--turns", type=int, default=8, help="Turns without and with a video, 8 s each.")
+    parser.add_argument("--parts", nargs="*", choices=PARTS, default=PARTS)
     asyncio.run(measure(parser.parse_args()))
 
 
