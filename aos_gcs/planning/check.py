@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -245,6 +245,7 @@ def _check_numbers(plan: MissionPlan, settings: MissionSettings) -> Iterator[Pla
             yield PlanProblem(field, f"This must be {greatest:g} or less, but is {value:g}.")
     yield from _check_heights(plan, settings)
     yield from _check_wanted(plan)
+    yield from _check_split(plan, settings)
     if plan.spacing_m is not None and not (math.isfinite(plan.spacing_m) and plan.spacing_m > 0.0):
         yield PlanProblem("spacing_m", f"The spacing of the vehicles must be above 0, but is {plan.spacing_m:g} m.")
         return
@@ -262,6 +263,18 @@ def _check_wanted(plan: MissionPlan) -> Iterator[PlanProblem]:
     if plan.pod is not None and not LEAST_POD <= plan.pod <= GREATEST_POD:
         text = f"The wanted probability of detection must lie between {LEAST_POD:.0%} and {GREATEST_POD:.0%}."
         yield PlanProblem("pod", text)
+
+
+def _check_split(plan: MissionPlan, settings: MissionSettings) -> Iterator[PlanProblem]:
+    """Report a split swarm in which no vehicle could ever scan on."""
+    search = replace(settings.search, mode=plan.search_mode, split=plan.split)
+    fewest, looking = search.fewest_to_split, search.look_vehicles
+    if fewest is not None and plan.vehicles < fewest:
+        text = (
+            f"It takes {fewest} vehicles, {looking} that look closely and {fewest - looking} that scan on: "
+            f"with {plan.vehicles}, all look closely."
+        )
+        yield PlanProblem("split", text, blocking=False)
 
 
 def _check_strategy(plan: MissionPlan) -> Iterator[PlanProblem]:

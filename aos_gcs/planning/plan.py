@@ -70,6 +70,8 @@ class MissionPlan:
     """Greatest distance of neighbouring legs; None: as wide as the swarm's line sees."""
     passes: int = 1
     """Number of times that all legs are flown, to and fro."""
+    split: bool = SearchSettings().split
+    """Whether vehicles that are not needed for a close look scan on; in continuous searches only."""
     min_battery_fraction: float = UNLIMITED.min_battery_fraction
     """Battery fraction at which a vehicle flies home."""
     endurance_s: float = 1500.0
@@ -184,6 +186,7 @@ def apply_plan(settings: MissionSettings, plan: MissionPlan) -> MissionSettings:
             line_spacing_m=plan.line_spacing_m,
             leg_spacing_m=plan.leg_spacing_m,
             passes=plan.passes,
+            split=plan.split,
         ),
         imaging=replace(settings.imaging, rate_hz=plan.rate_hz),
         deadlines=replace(settings.deadlines, search_s=plan.search_s),
@@ -221,6 +224,7 @@ def plan_of(settings: MissionSettings) -> MissionPlan:
         line_spacing_m=settings.search.line_spacing_m,
         leg_spacing_m=settings.search.leg_spacing_m,
         passes=settings.search.passes,
+        split=settings.search.split,
         min_battery_fraction=limits.min_battery_fraction,
         search_s=settings.deadlines.search_s,
         forest=settings.forest,

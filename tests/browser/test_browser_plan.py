@@ -169,6 +169,23 @@ async def test_a_plan_made_by_numbers_is_saved_and_applied_before_the_start(
     await expect(page.get_by_test_id("plan-apply")).to_be_disabled()
 
 
+async def test_a_swarm_is_split_where_it_searches_in_flight(page: Page, planned_service: Service) -> None:
+    await open_plan(page, planned_service)
+    split = page.get_by_test_id("plan-split")
+    await page.get_by_test_id("plan-search_mode").set_checked(False)
+    await expect(split).to_have_count(0)
+    await page.get_by_test_id("plan-search_mode").set_checked(True)
+    await expect(split).not_to_be_checked()
+    await split.check()
+    await page.locator("#plan-vehicles").fill("7")
+    await expect(page.locator("#plan-split-advice")).to_contain_text("It takes 8 vehicles")
+    await page.locator("#plan-vehicles").fill("8")
+    await expect(page.locator("#plan-split-advice")).to_be_empty()
+    await page.get_by_test_id("plan-apply").click()
+    await expect(page.get_by_test_id("plan-answer")).to_contain_text("Plan applied")
+    assert plan_of(planned_service.mission.settings).split
+
+
 async def test_the_profile_shows_the_chosen_leg_and_follows_the_plan(page: Page, planned_service: Service) -> None:
     await open_plan(page, planned_service)
     summary = page.get_by_test_id("profile-summary")

@@ -135,6 +135,17 @@ def test_a_single_vehicle_can_be_flown_and_it_is_said_how_it_looks_closer() -> N
 
 
 @pytest.mark.parametrize(
+    ("vehicles", "mode", "is_told"), [(7, "continuous", True), (8, "continuous", False), (7, "stops", False)]
+)
+def test_a_split_with_too_few_vehicles_is_told(vehicles: int, mode: str, *, is_told: bool) -> None:
+    plan = replace(PLAN, vehicles=vehicles, search_mode=SearchMode(mode), split=True)
+    advice = [problem for problem in check_plan(plan, SETTINGS) if problem.field == "split"]
+    assert [(one.blocking, one.text) for one in advice] == is_told * [
+        (False, "It takes 8 vehicles, 5 that look closely and 3 that scan on: with 7, all look closely.")
+    ]
+
+
+@pytest.mark.parametrize(
     ("spacing_m", "text"),
     [
         (2.0, "fail preflight: with a separation of 1.5 m they leave no room for gusts; 2.2 m and more do"),

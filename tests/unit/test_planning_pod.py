@@ -158,11 +158,12 @@ def test_settings_of_a_search_out_of_range_are_refused(values: dict[str, float],
 
 
 def test_the_spacings_go_from_the_plan_to_the_settings_and_back() -> None:
-    plan = replace(PLAN, line_spacing_m=12.0, leg_spacing_m=36.0, passes=2)
+    plan = replace(PLAN, line_spacing_m=12.0, leg_spacing_m=36.0, passes=2, split=True)
     settings = apply_plan(SETTINGS, plan)
-    assert settings.search == SearchSettings(pod=0.9, line_spacing_m=12.0, leg_spacing_m=36.0, passes=2)
+    assert settings.search == SearchSettings(pod=0.9, line_spacing_m=12.0, leg_spacing_m=36.0, passes=2, split=True)
     assert plan_of(settings).leg_spacing_m == 36.0
     assert plan_of(settings).passes == 2
+    assert plan_of(settings).split
     assert len(planned_legs(plan, 0.0)) == 4
     assert line_of(plan, 0.0).aside_m.tolist() == [-12.0, 0.0, 12.0]
 

@@ -34,6 +34,7 @@ const PLAN: Plan = {
   camera_fov_deg: 50,
   lowest_layer_m: 35,
   passes: 1,
+  split: false,
   layer_spacing_m: 3,
   strategy: "aos-apso",
   strategy_parameters: {},

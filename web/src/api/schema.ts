@@ -2416,6 +2416,12 @@ export interface components {
        */
       spacing_m?: number | null;
       /**
+       * Split
+       * @description Whether vehicles that are not needed for a close look scan on, along the legs without stops.
+       * @default false
+       */
+      split: boolean;
+      /**
        * Strategy
        * @default aos-apso
        */

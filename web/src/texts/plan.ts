@@ -44,6 +44,7 @@ export const plan = {
     search_min: "Maximum flight time",
   },
   withoutStops: "Search in flight, without a stop for each image",
+  split: "Vehicles that are not needed for a close look scan on",
   automatic: "automatic",
   notWanted: "none",
   stoppingDistance: (text: string) => `Automatic: ${text}`,

@@ -48,6 +48,7 @@ export const plan: Texts["plan"] = {
     search_min: "Längste Flugzeit",
   },
   withoutStops: "Im Flug suchen, ohne Halt für jedes Bild",
+  split: "Drohnen, die beim genauen Hinsehen nicht gebraucht werden, suchen weiter",
   automatic: "automatisch",
   notWanted: "keine",
   stoppingDistance: (text) => `Automatisch: ${text}`,

@@ -55,11 +55,27 @@ function SweepFields({ plan, report, onChange }: Props) {
         {texts.plan.withoutStops}
       </label>
       {isContinuous && (
-        <div class="field-grid">
-          {SWEEP.map(([name, rule]) => (
-            <PlanNumber key={name} name={name} rule={rule} plan={plan} report={report} onChange={onChange} />
-          ))}
-        </div>
+        <>
+          <div class="field-grid">
+            {SWEEP.map(([name, rule]) => (
+              <PlanNumber key={name} name={name} rule={rule} plan={plan} report={report} onChange={onChange} />
+            ))}
+          </div>
+          <label class="switch">
+            <input
+              type="checkbox"
+              id="plan-split"
+              data-testid="plan-split"
+              aria-describedby="plan-split-advice"
+              checked={plan.split}
+              onChange={({ currentTarget: { checked } }) => onChange({ ...plan, split: checked })}
+            />
+            {texts.plan.split}
+          </label>
+          <p class="small" id="plan-split-advice">
+            {adviceOf(report, "split")}
+          </p>
+        </>
       )}
     </>
   );

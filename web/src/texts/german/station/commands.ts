@@ -97,6 +97,10 @@ export const commands: readonly StationText[] = [
   ["The field of view must lie between 1 and 170 degrees.", "Der Bildwinkel muss zwischen 1 und 170 Grad liegen."],
   ["The battery's reserve must lie between 0 and 90 %.", "Die Akkureserve muss zwischen 0 und 90 % liegen."],
   [
+    "It takes {fewest} vehicles, {looking} that look closely and {scanning} that scan on: with {vehicles}, all look closely.",
+    "Dafür braucht es {fewest} Drohnen, {looking} zum genauen Hinsehen und {scanning} zum Weitersuchen: Mit {vehicles} sehen alle genau hin.",
+  ],
+  [
     "Layers of {spacing} m are too close: vehicles keep {separation} m from one another.",
     "Höhenebenen von {spacing} m sind zu eng: Drohnen halten {separation} m Abstand.",
   ],
