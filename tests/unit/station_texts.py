@@ -1,4 +1,4 @@
-"""What the station says to operators, found in its sources: notices, results of checks, and refusals.
+"""What the station says to operators, found in its sources: notices, checks, problems of plans, and refusals.
 
 Texts are often built in variables, by conditions and by functions of the same module: all that these may become is
 followed, as far as it stands in the sources. A 7 stands for whatever else is filled in.
@@ -23,6 +23,7 @@ _SPEAKING: Final = {
     **dict.fromkeys(("AccountError", "InvitationError", "NotInControlError", "RoleError"), ((0, "\0"),)),
     **dict.fromkeys(("ObserverError", "SignInRequiredError", "WrongCodeError", "OutdatedError"), ((0, "\0"),)),
     "operator_notice": ((1, "7: \0"),),
+    "PlanProblem": ((1, "\0"),),
 }
 """Position of the text among the arguments, and what is said of it, by what is called."""
 _RESULTS: Final = {"passed", "failed", "warned"}

@@ -14,7 +14,7 @@ ROOT = Path(__file__).resolve().parents[2]
 LANGUAGES = sorted(path.parent for path in (ROOT / "web" / "src" / "texts").glob("*/station"))
 """Folders of languages other than that of the sources."""
 PACKAGES = ("mission", "planning", "airspace", "api", "store", "runtime", "workers", "imaging/persons", "examination")
-PACKAGES += ("sharing",)
+PACKAGES += ("sharing", "swarm")
 """Packages of ``aos_gcs`` that speak to operators, beside the drivers."""
 PAIR = re.compile(r'\[\s*("(?:[^"\\]|\\.)*"),\s*"(?:[^"\\]|\\.)*",?\s*\]')
 PLACEHOLDER = re.compile(r"\{\w+\}")

@@ -5,6 +5,7 @@ import { checks } from "./checks";
 import { commands } from "./commands";
 import { flight } from "./flight";
 import { mission } from "./mission";
+import { plans } from "./plans";
 import { refusals } from "./refusals";
 import { search } from "./search";
 import { sharing } from "./sharing";
@@ -16,6 +17,7 @@ export const station: readonly StationText[] = [
   ...commands,
   ...flight,
   ...mission,
+  ...plans,
   ...refusals,
   ...search,
   ...sharing,
