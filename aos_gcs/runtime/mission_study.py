@@ -76,7 +76,7 @@ def judge(key: MissionKey, flight: Flight, mission: FlownMission, processor_s: f
     stated = [
         (one.person_confidence, _nearest_m(one.position_enu_m[:2], persons_enu_m) <= HERE_M)
         for one in snapshot.findings
-        if one.stands and one.person_confidence is not None
+        if one.merged_into is None and one.person_confidence is not None
     ]
     return MissionResult(
         key=key,

@@ -38,6 +38,10 @@ def test_missions_are_flown_judged_and_written_down(tmp_path: Path, capsys: pyte
     assert (found["persons_found"], found["claims"], empty["claims"]) == (1, 1, 0)
     assert found["errors_m"][0] < 0.5
     assert 0.0 < found["claimed_after_s"][0] < found["duration_s"]
+    stated = list(zip(found["probabilities"], found["is_person"], strict=True))
+    assert max(probability for probability, is_person in stated if is_person) > 0.5
+    assert not any(empty["is_person"])
+    assert len(empty["probabilities"]) == len(empty["is_person"]) > 0, "of animals and stones, too"
     assert "| 20 | cool | none | 1, 1 | 1 of 1: 100 %" in table
     assert document.read_text(encoding="utf-8").endswith(f"{table.rstrip()}\n\n<!-- End of the written part -->\n")
 

@@ -118,7 +118,7 @@ class MissionResult:
     min_height_above_ground_m: float | None = None
     """Smallest true height of a vehicle above a relief, away from its launch point; None on level ground."""
     probabilities: tuple[float, ...] = ()
-    """Probability that each finding that stands is a person, as stated at the end."""
+    """Probability that each finding is a person, as stated at the end; also of what was not announced."""
     is_person: tuple[bool, ...] = ()
     """Whether a person is within 3 m of each of these findings."""
 
