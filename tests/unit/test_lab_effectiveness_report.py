@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from aos_gcs.imaging.persons.classifier import PersonModel, fit_person_model
+from aos_gcs.imaging.persons.classifier import PersonModel, fit_person_model, person_confidence
 from aos_gcs.imaging.persons.evidence import Evidence
 from aos_gcs.lab.effectiveness.report import (
     ClaimResult,
@@ -129,12 +129,13 @@ def test_calibration_compares_probabilities_with_shares_and_kinds_weigh_as_the_m
     """The model of these tests gives a probability of one half at 7 K."""
     person, other = warm(0.0, 7.0), warm(10.0, 7.0)
     honest = [scene(person, other)]
-    assert calibration_error(honest, PositionGrade.RTK, MODEL) == pytest.approx(0.0)
-    assert calibration_error([*honest, scene(other, other)], PositionGrade.RTK, MODEL) == pytest.approx(0.0)
+    assert calibration_error(honest, PositionGrade.RTK, MODEL) == pytest.approx(0.0, abs=1e-6)
+    assert calibration_error([*honest, scene(other, other)], PositionGrade.RTK, MODEL) == pytest.approx(0.0, abs=1e-6)
     sure = [scene(warm(0.0, 0.0), warm(10.0, 0.0))]
     assert calibration_error(sure, PositionGrade.GNSS, MODEL) == pytest.approx(0.5, abs=1e-4)
     rare = replace(MODEL, odds=0.25)
-    assert calibration_error(honest, PositionGrade.RTK, rare) == pytest.approx(0.0)
+    stated = person_confidence(person.evidence, rare)
+    assert calibration_error(honest, PositionGrade.RTK, rare) == pytest.approx(abs(stated - 0.2), abs=1e-6)
     assert calibration_error(sure, PositionGrade.RTK, rare) == pytest.approx(0.2, abs=1e-4)
     assert calibration_as_text(sure, MODEL).endswith(": 0.500 (gnss), 0.500 (rtk)\n")
 

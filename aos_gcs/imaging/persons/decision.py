@@ -118,7 +118,7 @@ def decide(evidence: Evidence, model: PersonModel | None = None) -> Verdict:
     is_judged_by_form = evidence.form is not None and by_warmth > 0.0
     probability = _with_form(_log_odds(by_warmth), evidence.form) if is_judged_by_form else by_warmth
     share = evidence.vehicles / max(evidence.swarm, evidence.vehicles)
-    may_be_more = evidence.is_smeared and evidence.contrast_peak_k >= SMEARED_PERSON_K
+    may_be_more = may_be_warmer(evidence)
     is_seen_by_most = share >= MOST and evidence.vehicles >= ENOUGH
     is_surely_other = probability <= SURELY_OTHER and is_seen_by_most and not may_be_more
     return Verdict(
@@ -131,6 +131,11 @@ def decide(evidence: Evidence, model: PersonModel | None = None) -> Verdict:
         is_uniform=evidence.contrast_peak_k - evidence.contrast_median_k < _FUR_SPREAD_K,
         by_warmth=by_warmth,
     )
+
+
+def may_be_warmer(evidence: Evidence) -> bool:
+    """Return whether frames that were taken in flight, and smear, may show something as warm as a person."""
+    return evidence.is_smeared and evidence.contrast_peak_k >= SMEARED_PERSON_K
 
 
 def pooled(verdicts: Sequence[Verdict], form: Form | None = None) -> Verdict:

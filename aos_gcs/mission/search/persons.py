@@ -12,7 +12,7 @@ from aos_gcs.imaging.geolocation import Geolocation, Uncertainty, geolocate
 from aos_gcs.imaging.model import Frame
 from aos_gcs.imaging.persons.bodies import Body, find_bodies
 from aos_gcs.imaging.persons.classifier import MIN_VEHICLES
-from aos_gcs.imaging.persons.decision import FindingKind, Verdict, decide
+from aos_gcs.imaging.persons.decision import FindingKind, Verdict, decide, may_be_warmer
 from aos_gcs.imaging.persons.evidence import NO_TEMPERATURES, Evidence, gather_evidence, nothing_warm, vantage_points
 from aos_gcs.imaging.persons.form import FormSums, form_sums
 from aos_gcs.imaging.persons.spots import can_stand_out, relative_view, spot_at
@@ -191,8 +191,7 @@ def watch_persons(
 
 
 def _is_suspect(evidence: Evidence) -> bool:
-    verdict = decide(evidence)
-    return (verdict.probability or 0.0) >= SUSPICION or not verdict.is_evidence
+    return (decide(evidence).probability or 0.0) >= SUSPICION or may_be_warmer(evidence)
 
 
 def _middle(body: Sequence[WarmView]) -> tuple[float, float]:
