@@ -1,6 +1,7 @@
-"""Ways around vehicles that hover with a pilot, for vehicles whose straight ways lead through the columns below them.
+"""Ways around vehicles that cannot be asked to make way, for vehicles whose straight ways lead through their columns.
 
-A pilot may land at any time, so nobody passes above or below; but whoever hovers for minutes must not hold up others.
+Each of them may come down at any time, so nobody passes below; but whoever hovers for minutes, or is not heard, must
+not hold up others. A vehicle that is not heard may also come down above its launch point.
 """
 
 from __future__ import annotations
@@ -33,10 +34,10 @@ def ways_around(
     separation_m: float,
     side: float,
 ) -> Mapping[int, tuple[FloatArray, int]]:
-    """Return the next corners of ways around vehicles that hover with a pilot, shape (3,), and whose they are, by id.
+    """Return the next corners of ways around vehicles that are left alone, shape (3,), and whose they are, by id.
 
     Only vehicles are named whose waypoints were not sent as asked for, and whose straight ways lead through such a
-    column, but neither begin nor end in it.
+    column, but do not end in it.
 
     Args:
         requests: the vehicles to send.
@@ -45,18 +46,17 @@ def ways_around(
         separation_m: smallest true distance.
         side: one of ``SIDES``.
     """
-    hovering = [other for other in obstacles if other.drift_m > 0.0 and other.stop_enu_m is None]
+    columns = [column for other in obstacles if other.left_alone for column in _columns(other)]
     corners: dict[int, tuple[FloatArray, int]] = {}
     for request, record in zip(requests, records, strict=True):
         if record.is_unfit or record.verdict is WaypointVerdict.SENT:
             continue
         start_m, end_m = request.position_enu_m, request.requested_enu_m
         barring = [
-            other
-            for other in hovering
-            if _meets(start_m, end_m, other, request, separation_m)
-            and not _meets(start_m, start_m, other, request, separation_m)
-            and not _meets(end_m, end_m, other, request, separation_m)
+            column
+            for column in columns
+            if column.is_near(start_m, end_m, request.accuracy, separation_m)
+            and not column.is_near(end_m, end_m, request.accuracy, separation_m)
         ]
         if barring:
             nearest = min(barring, key=lambda other: math.dist(other.position_enu_m[:2], start_m[:2]))
@@ -64,12 +64,14 @@ def ways_around(
     return corners
 
 
-def _meets(
-    start_m: FloatArray, end_m: FloatArray, other: Obstacle, request: WaypointRequest, separation_m: float
-) -> bool:
-    """Return whether a way leads through all that another vehicle occupies where it hovers."""
-    column = replace(other, column=True, waypoint_enu_m=None, home_enu_m=None)
-    return column.is_near(start_m, end_m, request.accuracy, separation_m)
+def _columns(other: Obstacle) -> list[Obstacle]:
+    """Return the columns in which another vehicle may come down: where it hovers, and above its launch point."""
+    bare = replace(other, column=True, waypoint_enu_m=None, stop_enu_m=None, home_enu_m=None)
+    # A vehicle that moves has left its column before the way around that has been flown.
+    columns = [] if other.stop_enu_m is not None else [bare]
+    if other.home_enu_m is not None:
+        columns.append(replace(bare, position_enu_m=np.array([*other.home_enu_m[:2], other.position_enu_m[2]])))
+    return columns
 
 
 def _corner(request: WaypointRequest, other: Obstacle, separation_m: float, side: float) -> FloatArray:

@@ -53,8 +53,8 @@ def vet_plan(
     """Check planned waypoints, shape (3,) each, against the limits, each other and all other airborne vehicles.
 
     Where a boundary blocks the straight path and there is a path around it, the next corner of that is granted; where
-    the straight path would leave the layer of its waypoint, the first piece of it. A vehicle that would stay below one
-    with a pilot is sent out of the column there instead, and one whose way leads through it around it.
+    the straight path would leave the layer of its waypoint, the first piece of it. A vehicle that would stay in the
+    column of one that is left alone is sent out of it instead, and one whose way leads through it around it.
 
     Args:
         planned_enu_m: waypoint by vehicle id, for each vehicle of the situation that may be sent, or has left.
@@ -72,10 +72,10 @@ def vet_plan(
         ]
         cut = {
             **cut,
-            **{key: f"clear of vehicle {pilots_id}, which has a pilot" for key, (_, pilots_id) in evading.items()},
+            **{key: f"clear of {_named(other_id, situation)}" for key, (_, other_id) in evading.items()},
         }
         vetted = vet_waypoints(moving, situation.obstacles, situation.limits, ground)
-    moving, passing = _around_pilots(moving, vetted, situation, evading.keys(), ground=ground, surface=surface)
+    moving, passing = _around_columns(moving, vetted, situation, evading.keys(), ground=ground, surface=surface)
     if passing:
         cut = {**cut, **passing}
         vetted = vet_waypoints(moving, situation.obstacles, situation.limits, ground)
@@ -83,7 +83,7 @@ def vet_plan(
     return (*(_as_planned(record, planned_enu_m[record.vehicle_id], cut) for record in vetted), *left)
 
 
-def _around_pilots(
+def _around_columns(
     moving: Sequence[WaypointRequest],
     vetted: Sequence[WaypointRecord],
     situation: TrafficSituation,
@@ -92,7 +92,7 @@ def _around_pilots(
     ground: GroundRaster | None,
     surface: ReferenceSurface,
 ) -> tuple[list[WaypointRequest], dict[int, str]]:
-    """Return the requests with ways around vehicles that hover with a pilot, and why that is, by id.
+    """Return the requests with ways around vehicles that are left alone, and why that is, by id.
 
     Where neither side is free, the request stays as it is: the vehicle waits.
     """
@@ -111,8 +111,14 @@ def _around_pilots(
         for row, record in enumerate(vet_waypoints(trial, situation.obstacles, situation.limits, ground)):
             if record.vehicle_id in tried and record.verdict is WaypointVerdict.SENT:
                 asked[row] = trial[row]
-                taken[record.vehicle_id] = f"around vehicle {tried[record.vehicle_id][1]}, which has a pilot"
+                taken[record.vehicle_id] = f"around {_named(tried[record.vehicle_id][1], situation)}"
     return asked, taken
+
+
+def _named(vehicle_id: int, situation: TrafficSituation) -> str:
+    """Return the name of an obstacle that is left alone, with what keeps it from being asked to make way."""
+    (why,) = (other.left_alone for other in situation.obstacles if other.vehicle_id == vehicle_id)
+    return f"vehicle {vehicle_id}, {why}"
 
 
 def _in_layer(waypoint_enu_m: FloatArray, place_enu_m: FloatArray, surface: ReferenceSurface) -> FloatArray:

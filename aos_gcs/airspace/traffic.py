@@ -77,6 +77,9 @@ class Obstacle:
     """Place where it would come to a stop if it were told to now, shape (3,): the segment to it is occupied, too."""
     drift_m: float = 0.0
     """Distance beside its segments that is occupied, too: a vehicle with a pilot does not stay where it is."""
+    left_alone: str = ""
+    """What keeps it from being asked to make way, such as "which has a pilot": others below it move out of its column,
+    and fly around it while it hovers. Empty for a vehicle that can be asked, or is on its way."""
 
     @property
     def reckoned(self) -> Accuracy:

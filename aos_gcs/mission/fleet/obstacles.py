@@ -62,7 +62,18 @@ def obstacle_of(
         return_up_m=layers.return_up_m(member) if climbs_to_return else None,
         accuracy=accuracy,
         drift_m=DRIFT_M if member.has_pilot else 0.0,
+        left_alone=_why_left_alone(member, settings),
     )
+
+
+def _why_left_alone(member: Member, settings: FlightSettings) -> str:
+    """Return what keeps a vehicle from being asked to make way; empty where it can be asked, or is on its way."""
+    if member.has_pilot:
+        return "which has a pilot"
+    if member.task is Task.LOST:
+        return "which is not heard"
+    hovers = speed_mps(member) <= settings.arrival_speed_mps
+    return "which hovers in its failsafe" if member.state.failsafe and hovers else ""
 
 
 def stop_enu_m(

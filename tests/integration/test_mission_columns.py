@@ -1,4 +1,4 @@
-"""Vehicles that return past one that comes down at any time, by its pilot or by itself; virtual time."""
+"""Vehicles that return past those that come down at any time, by a pilot or by themselves; virtual time."""
 
 from __future__ import annotations
 
@@ -29,6 +29,14 @@ HOME = np.array([0.0, 0.0, 35.0])
 RETURNING = frozenset({Task.RETURNING})
 
 
+LIMITS = SafetyLimits(
+    fence_enu_m=((-99.0, -99.0), (99.0, -99.0), (99.0, 99.0), (-99.0, 99.0)),
+    floor_m=20.0,
+    ceiling_m=60.0,
+    separation_m=SEPARATION_M,
+)
+
+
 class Passing:
     """Vehicle 1 returns in its layer; vehicle 2 is above its path, with a pilot from some time on."""
 
@@ -39,12 +47,7 @@ class Passing:
         roster.refresh()
         roster.frame = LocalFrame(ORIGIN)
         self.control = FlightControl(roster, clock, Journal(clock), FlightSettings(), Deadlines(transfer_s=20.0))
-        self.control.limits = SafetyLimits(
-            fence_enu_m=((-99.0, -99.0), (99.0, -99.0), (99.0, 99.0), (-99.0, 99.0)),
-            floor_m=20.0,
-            ceiling_m=60.0,
-            separation_m=SEPARATION_M,
-        )
+        self.control.limits = LIMITS
         self.mover, self.other = self.fleet.members[1], self.fleet.members[2]
         places = zip(roster.members(), (self.mover, self.other), ((*mover, 35.0), (*other, 39.0)), strict=True)
         for member, vehicle, place in places:
@@ -70,6 +73,9 @@ class Passing:
     def fail(self) -> None:
         self.other.mode, self.other.failsafe = FlightMode.RETURN, "battery critical"
 
+    def hover_in_failsafe(self) -> None:
+        self.other.mode, self.other.failsafe = FlightMode.HOLD, "battery critical"
+
     async def fly_home(self) -> None:
         await self.control.transfer({1: HOME}, RETURNING, returning=True)
 
@@ -81,15 +87,16 @@ class Passing:
         return float(np.linalg.norm((self.mover.position_enu_m() - self.other.position_enu_m())[:2]))
 
 
-async def test_a_vehicle_flies_around_one_that_hovers_with_its_pilot() -> None:
+@pytest.mark.parametrize("happening", [Passing.take_over, Passing.hover_in_failsafe])
+async def test_a_vehicle_flies_around_one_that_hovers_and_is_left_alone(happening: Callable[[Passing], None]) -> None:
     passing = Passing((0.0, 30.0), (0.2, 20.0))
-    passing.take_over()
+    happening(passing)
     flying, nearest_m = asyncio.create_task(passing.fly_home()), passing.beside_m()
     while not flying.done():
         nearest_m = min(nearest_m, passing.beside_m())
         await asyncio.sleep(0.05)
     assert passing.mover.position_enu_m() == pytest.approx(HOME, abs=0.5)
-    assert nearest_m >= SEPARATION_M + 1.0
+    assert nearest_m >= SEPARATION_M + (1.0 if happening is Passing.take_over else 0.0)
 
 
 async def test_where_one_side_is_barred_it_takes_the_other_and_where_both_are_it_waits() -> None:
@@ -119,6 +126,39 @@ async def test_a_vehicle_below_one_whose_pilot_takes_over_moves_out_of_its_colum
     await asyncio.sleep(5.0)
     assert passing.beside_m() >= SEPARATION_M + 1.0
     await flying
+
+
+@pytest.mark.parametrize("north_m", [20.7, 20.0, 19.4, 30.0])
+async def test_a_vehicle_below_a_lost_one_or_beyond_it_flies_home(north_m: float) -> None:
+    passing = Passing((0.1, north_m), (0.0, 20.0))
+    passing.other_member.home_enu_m = np.array([40.0, 0.0, 0.0])
+    passing.lose()
+    await passing.fly_home()
+    assert passing.mover.position_enu_m() == pytest.approx(HOME, abs=0.5)
+
+
+@pytest.mark.parametrize("seed", range(12))
+async def test_vehicles_stacked_with_a_lost_one_fly_home(seed: int) -> None:
+    rng, clock = np.random.default_rng(seed), LoopClock()
+    fleet = FakeFleet(clock, 4, None)
+    roster = Roster(fleet, clock)
+    roster.refresh()
+    roster.frame = LocalFrame(ORIGIN)
+    control = FlightControl(roster, clock, Journal(clock), FlightSettings(), Deadlines())
+    control.limits = LIMITS
+    lost, goals_enu_m = int(rng.integers(1, 5)), {}
+    for row, member in enumerate(roster.members()):
+        vehicle, layer_m = fleet.members[member.vehicle_id], 35.0 + 4.0 * row
+        vehicle.start_enu_m = vehicle.goal_enu_m = np.array([*rng.normal((20.0, 20.0), 1.2), layer_m])
+        vehicle.armed, vehicle.mode = True, FlightMode.GUIDED
+        vehicle.horizontal_accuracy_m, vehicle.vertical_accuracy_m = 0.02, 0.03
+        member.home_enu_m = np.array([4.0 * row - 40.0, 0.0, 0.0])
+        give_task(roster, member, Task.RETURNING)
+        if member.vehicle_id == lost:
+            roster.assign(member, Task.LOST)
+        else:
+            goals_enu_m[member.vehicle_id] = np.array([*member.home_enu_m[:2], layer_m])
+    assert await control.transfer(goals_enu_m, RETURNING, returning=True) == []
 
 
 @pytest.mark.parametrize(
