@@ -17,10 +17,16 @@ _V2, _SIGNED, _SIGNATURE_SIZE = (
 )
 _UNKNOWN_FLAGS = 0xFF & ~_SIGNED
 _HEADER_SIZE = {mavlink.PROTOCOL_MARKER_V1: 6, mavlink.PROTOCOL_MARKER_V2: 10}
+_LENGTH_SIZE = 3
+"""Bytes of a header that tell how long the packet is."""
 _CRC_SIZE = 2
 _CRC_START = 0xFFFF
-_BYTES = tuple(bytes([byte]) for byte in range(256))
 _REVERSED_BITS = bytes(int(f"{byte:08b}"[::-1], 2) for byte in range(256))
+_KINDS = {
+    message_id: (kind.unpacker.size, bytes([kind.crc_extra]), LAZY_KINDS.get(message_id))
+    for message_id, kind in mavlink.mavlink_map.items()
+}
+"""Size of the payload of each kind of message, the byte that its checksum ends with, and how it is read."""
 
 
 class FrameParser:
@@ -29,6 +35,8 @@ class FrameParser:
     Unlike pymavlink's own, it looks for the next marker inside a packet that turns out to be broken, so that noise
     never takes a good packet with it. At most one incomplete packet (305 bytes) is kept between calls.
     """
+
+    __slots__ = ("_decoder", "_tail", "dropped_bytes")
 
     def __init__(self) -> None:
         self._decoder = mavlink.MAVLink(None)
@@ -44,17 +52,24 @@ class FrameParser:
         messages: list[mavlink.MAVLink_message] = []
         index, size = 0, len(data)
         while index < size:
-            if data[index] not in _HEADER_SIZE:
+            header_size = _HEADER_SIZE.get(data[index])
+            if header_size is None:
                 match = _MARKER.search(data, index)
                 start = match.start() if match else size
                 self.dropped_bytes += start - index
                 index = start
                 continue
-            end = _frame_end(data, index)
-            if end is None or end > size:
+            if size < index + _LENGTH_SIZE:
                 self._tail = data[index:]
                 break
-            message = self._decode(data, index, end)
+            stop = index + header_size + data[index + 1]
+            end = stop + _CRC_SIZE
+            if data[index + 2] & _SIGNED and data[index] == _V2:
+                end += _SIGNATURE_SIZE
+            if end > size:
+                self._tail = data[index:]
+                break
+            message = self._decode(data, index, stop, end)
             if message is None:
                 self.dropped_bytes += 1
                 index += 1
@@ -63,16 +78,17 @@ class FrameParser:
                 index = end
         return messages
 
-    def _decode(self, data: bytes, start: int, end: int) -> mavlink.MAVLink_message | None:
+    def _decode(self, data: bytes, start: int, stop: int, end: int) -> mavlink.MAVLink_message | None:
+        """Return the message of a packet whose payload ends at ``stop``; None if there is no packet at ``start``."""
         is_v2 = data[start] == _V2
         if is_v2 and data[start + 2] & _UNKNOWN_FLAGS:
             return None
         message_id = data[start + 7] | data[start + 8] << 8 | data[start + 9] << 16 if is_v2 else data[start + 5]
-        lazy_kind = LAZY_KINDS.get(message_id)
-        kind = lazy_kind or mavlink.mavlink_map.get(message_id)
-        if kind is not None:
+        known = _KINDS.get(message_id)
+        if known is not None:
+            size, extra, lazy_kind = known
             # MAVLink 2 cuts and extends messages, MAVLink 1 cannot have longer ones.
-            if not ((is_v2 or data[start + 1] <= kind.unpacker.size) and _is_intact(data, start, kind.crc_extra)):
+            if not ((is_v2 or data[start + 1] <= size) and _is_intact(data, start, stop, extra)):
                 return None
             if lazy_kind is not None:
                 return lazy_kind(data[start:end])
@@ -88,14 +104,13 @@ class FrameParser:
         return message
 
 
-def _is_intact(data: bytes, start: int, crc_extra: int) -> bool:
-    """Return whether the checksum of a packet is right.
+def _is_intact(data: bytes, start: int, stop: int, extra: bytes) -> bool:
+    """Return whether the checksum at ``stop`` is right.
 
     It is computed in C, unlike pymavlink's: whoever reaches the port can send any number of packets that only seem to
     be some. The library has the checksum of X.25 with the bits the other way round.
     """
-    stop = start + _HEADER_SIZE[data[start]] + data[start + 1]
-    checksum = binascii.crc_hqx((data[start + 1 : stop] + _BYTES[crc_extra]).translate(_REVERSED_BITS), _CRC_START)
+    checksum = binascii.crc_hqx((data[start + 1 : stop] + extra).translate(_REVERSED_BITS), _CRC_START)
     return data[stop] == _REVERSED_BITS[checksum >> 8] and data[stop + 1] == _REVERSED_BITS[checksum & 0xFF]
 
 
@@ -115,11 +130,3 @@ def without_signature(message: mavlink.MAVLink_message) -> bytes:
     """Return the packet without its signature, which differs from link to link."""
     packet = bytes(message.get_msgbuf())
     return packet[:-_SIGNATURE_SIZE] if is_signed(packet) else packet
-
-
-def _frame_end(data: bytes, start: int) -> int | None:
-    """Return where the packet at ``start`` ends, or None while its header is incomplete."""
-    if len(data) < start + 3:
-        return None
-    end = start + _HEADER_SIZE[data[start]] + data[start + 1] + _CRC_SIZE
-    return end + _SIGNATURE_SIZE if is_signed(data, start) else end

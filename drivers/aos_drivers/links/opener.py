@@ -25,6 +25,8 @@ _PAUSE_S = 0.005
 """Time between two looks at a socket, when datagrams come closer together than this."""
 _MOST_AT_ONCE = 32
 """Datagrams that are read in one go; then other work has its turn."""
+_KEPT_PEERS = 1024
+"""Addresses of senders that are kept made."""
 _RECONNECT_PAUSE_S = 2.0
 _CONNECT_TIMEOUT_S = 5.0
 
@@ -55,6 +57,7 @@ class UdpEndpoint(asyncio.DatagramProtocol):
         self._socket: socket.socket | None = None
         self._came_at_s = -math.inf
         self._next_read: asyncio.TimerHandle | None = None
+        self._peers: dict[tuple[str, int], PeerAddress] = {}
 
     def connection_made(self, transport: asyncio.DatagramTransport) -> None:  # type: ignore[override]
         """See asyncio."""
@@ -109,7 +112,13 @@ class UdpEndpoint(asyncio.DatagramProtocol):
     def _take(self, data: bytes, address: tuple[str, int]) -> None:
         """Pass on a datagram; those larger than any bundle of packets are dropped."""
         if len(data) <= MAX_DATAGRAM_BYTES:
-            self._receive(data, PeerAddress(self._link, address[0], address[1]))
+            self._receive(data, self._peers.get(address) or self._peer_of(address))
+
+    def _peer_of(self, address: tuple[str, int]) -> PeerAddress:
+        if len(self._peers) >= _KEPT_PEERS:
+            self._peers.clear()
+        peer = self._peers[address] = PeerAddress(self._link, address[0], address[1])
+        return peer
 
     def error_received(self, exc: Exception) -> None:
         """Ignore an unreachable peer: it may not have started yet."""

@@ -7,7 +7,7 @@ times as long as everything else that is done with a packet.
 from __future__ import annotations
 
 import struct
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any
 
@@ -18,6 +18,26 @@ _HEADER_BYTES = {_V1: 6, _V2: 10}
 _CRC_BYTES = 2
 
 
+class _Unread:
+    """An attribute of a message that is found out at its first reading; from then on the message has it itself.
+
+    Unlike with ``__getattr__``, the interpreter reads all other attributes as quickly as those of any object.
+    """
+
+    def __init__(self, find_out: Callable[[LazyMessage], None]) -> None:
+        self._find_out = find_out
+        self._name = ""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name
+
+    def __get__(self, message: LazyMessage | None, owner: type | None = None) -> Any:
+        if message is None:
+            return self
+        self._find_out(message)
+        return message.__dict__[self._name]
+
+
 class LazyMessage(mavlink.MAVLink_message):  # type: ignore[misc]
     """A message with the interface of pymavlink's; its subclasses, one per kind, are made below.
 
@@ -25,7 +45,6 @@ class LazyMessage(mavlink.MAVLink_message):  # type: ignore[misc]
     """
 
     _kind: type[mavlink.MAVLink_message]
-    _names: frozenset[str]
     _spans: tuple[tuple[str, int, int], ...]
     """Name of each field, and where its values begin and end among those that are unpacked."""
     _has_arrays: bool
@@ -39,7 +58,7 @@ class LazyMessage(mavlink.MAVLink_message):  # type: ignore[misc]
         self._msgbuf = packet
         self._sequence, self._system, self._component = packet[start], packet[start + 1], packet[start + 2]
         if self._hides_fields:
-            self._decode()
+            self.decode()
 
     def get_msgId(self) -> int:
         """See pymavlink."""
@@ -57,25 +76,12 @@ class LazyMessage(mavlink.MAVLink_message):  # type: ignore[misc]
         """See pymavlink."""
         return self._sequence
 
-    def __getattr__(self, name: str) -> Any:
-        """Decode the message when a field is read that is not there yet."""
-        if name in self._names:
-            self._decode()
-        elif name == "_header":
-            self._header = self._read_header()
-        elif name == "_crc":
-            self._crc = int.from_bytes(self._msgbuf[self._stop() : self._stop() + _CRC_BYTES], "little")
-        elif name == "_payload":
-            self._payload = self._msgbuf[_HEADER_BYTES[self._msgbuf[0]] : self._stop()]
-        else:
-            raise AttributeError(f"{type(self).__name__} has no {name}")
-        return self.__dict__[name]
-
     def _stop(self) -> int:
         """Return where the payload ends."""
         return _HEADER_BYTES[self._msgbuf[0]] + self._msgbuf[1]
 
-    def _decode(self) -> None:
+    def decode(self) -> None:
+        """Take the fields out of the packet, as the first reading of one does."""
         packet, unpacker = self._msgbuf, self._kind.unpacker
         start = _HEADER_BYTES[packet[0]]
         if packet[1] >= unpacker.size:
@@ -88,14 +94,22 @@ class LazyMessage(mavlink.MAVLink_message):  # type: ignore[misc]
                 for name, first, last in self._spans
             )
         else:
-            self.__dict__.update(zip(self._kind.ordered_fieldnames, values, strict=True))
+            self.__dict__.update(zip(self._kind.ordered_fieldnames, values))  # noqa: B905 - as many, of one kind
 
-    def _read_header(self) -> mavlink.MAVLink_header:
+    def _read_header(self) -> None:
         packet = self._msgbuf
         flags = (packet[2], packet[3]) if packet[0] == _V2 else (0, 0)
-        return mavlink.MAVLink_header(
+        self._header = mavlink.MAVLink_header(
             self._message_id, *flags, packet[1], self._sequence, self._system, self._component
         )
+
+    def _read_checksum(self) -> None:
+        self._crc = int.from_bytes(self._msgbuf[self._stop() : self._stop() + _CRC_BYTES], "little")
+
+    def _read_payload(self) -> None:
+        self._payload = self._msgbuf[_HEADER_BYTES[self._msgbuf[0]] : self._stop()]
+
+    _header, _crc, _payload = _Unread(_read_header), _Unread(_read_checksum), _Unread(_read_payload)
 
 
 def _lazy_kind(message_id: int, kind: type[mavlink.MAVLink_message]) -> type[LazyMessage] | None:
@@ -108,8 +122,8 @@ def _lazy_kind(message_id: int, kind: type[mavlink.MAVLink_message]) -> type[Laz
         spans.append((name, first, first + length))
         first += length
     attributes = {
+        **{name: _Unread(LazyMessage.decode) for name in kind.fieldnames if not hasattr(kind, name)},
         "_kind": kind,
-        "_names": frozenset(kind.fieldnames),
         "_spans": tuple(spans),
         "_has_arrays": any(length > 1 for length in kind.lengths),
         "_hides_fields": any(hasattr(kind, name) for name in kind.fieldnames),

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Set
 from dataclasses import dataclass
-from typing import NamedTuple
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
@@ -28,17 +27,13 @@ class Outgoing:
     peer: PeerAddress
 
 
-class Received(NamedTuple):
-    """A valid packet."""
-
-    message: mavlink.MAVLink_message
-    refusal: SignatureCheck | None
-    """Reason to refuse it; None if it may be used."""
-    is_signed: bool
-    """Whether it has a good signature."""
+Received = tuple[mavlink.MAVLink_message, SignatureCheck | None, bool]
+"""A valid packet, the reason to refuse it (None if it may be used), and whether it has a good signature."""
 
 
 class _Peer:
+    __slots__ = ("budget", "carries_vehicle", "encoder", "heard_at_s", "is_late", "is_pinned", "parser")
+
     def __init__(self, system_id: int) -> None:
         self.parser = FrameParser()
         self.budget = PeerIntake()
@@ -98,12 +93,13 @@ class PeerTable:
         if entry is None:
             return []
         entry.heard_at_s = now_s
+        parser = entry.parser
+        dropped = parser.dropped_bytes
+        messages = parser.feed(data)
+        self.intake.spend(peer, entry.budget, len(data), parser.dropped_bytes - dropped)
         signer = self._signers.get(peer.link)
-        dropped = entry.parser.dropped_bytes
-        messages = entry.parser.feed(data)
-        self.intake.spend(peer, entry.budget, len(data), entry.parser.dropped_bytes - dropped)
         if signer is None:
-            return [Received(message, None, False) for message in messages]
+            return [(message, None, False) for message in messages]
         return [_checked(message, entry, signer) for message in messages]
 
     def send(self, message: mavlink.MAVLink_message, peer: PeerAddress) -> None:
@@ -150,6 +146,6 @@ def _checked(message: mavlink.MAVLink_message, entry: _Peer, signer: LinkSigner)
     check = signer.check(message)
     if check is _GOOD:
         entry.is_late = False
-        return Received(message, None, True)
+        return message, None, True
     entry.is_late = check is SignatureCheck.REPLAYED
-    return Received(message, None if signer.accepts(check, message) else check, False)
+    return message, None if signer.accepts(check, message) else check, False
