@@ -25,6 +25,8 @@ class BootTime:
     a boot long before that.
     """
 
+    __slots__ = ("_agreed_at_s", "_older", "booted_at_s", "newest_ms", "packets")
+
     def __init__(self) -> None:
         self.newest_ms = 0
         self.booted_at_s: float | None = None
@@ -41,7 +43,8 @@ class BootTime:
         if boot_ms + REBOOT_MARGIN_MS >= self.newest_ms:
             self.newest_ms = max(self.newest_ms, boot_ms)
             self.booted_at_s, self._agreed_at_s = now_s - boot_ms / 1000, now_s
-            self._older.clear()
+            if self._older:
+                self._older.clear()
             return False
         if self._older and not _is_same_boot(self._older[-1], (boot_ms, now_s)):
             self._older.clear()

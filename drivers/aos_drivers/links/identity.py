@@ -49,6 +49,8 @@ class Identity:
     proof are taken for two vehicles.
     """
 
+    __slots__ = ("_clash_until_s", "_kept", "_last", "_returns_at_s", "_sightings")
+
     def __init__(self) -> None:
         self._last: PeerAddress | None = None
         self._sightings: dict[PeerAddress, _Sighting] = {}
@@ -98,14 +100,15 @@ class Identity:
         """Note a packet of the autopilot component, and whether it had a good signature."""
         sighting = self._sightings.get(address)
         if sighting is None:
-            self._sightings[address] = _Sighting(now_s, now_s)
+            sighting = self._sightings[address] = _Sighting(now_s, now_s)
             if len(self._sightings) > _MAX_ADDRESSES:
                 self._forget_oldest()
         else:
             if address != self._last and now_s - sighting.heard_at_s <= MEMORY_S:
                 self._on_return(address, now_s)
             sighting.heard_at_s = now_s
-        self._sightings[address].is_signed |= is_signed
+        if is_signed:
+            sighting.is_signed = True
         self._last = address
 
     def hear_twice(self, address: PeerAddress, first: PeerAddress) -> None:

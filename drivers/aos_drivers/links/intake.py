@@ -28,6 +28,8 @@ _NEW_PEERS_BURST = 1024.0
 class PeerIntake:
     """Budgets of one address. What is valid earns what noise costs: a bad line is not shut out, only noise is."""
 
+    __slots__ = ("_bytes", "_garbage", "_is_settled", "_unbooked")
+
     def __init__(self) -> None:
         self._garbage = TokenBucket(_GARBAGE_BYTES_PER_S, _GARBAGE_BURST_BYTES)
         self._bytes = TokenBucket(_PEER_BYTES_PER_S, _PEER_BURST_BYTES)

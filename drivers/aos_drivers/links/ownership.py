@@ -19,6 +19,8 @@ class Ownership:
     is known to be another one. Where the vehicle signs its packets, nothing unsigned speaks for it.
     """
 
+    __slots__ = ("_identity", "_owners")
+
     def __init__(self, identity: Identity) -> None:
         self._identity = identity
         self._owners: dict[PeerAddress, bool] = {}

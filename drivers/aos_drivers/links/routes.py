@@ -39,6 +39,8 @@ class ComponentRoute:
     to lead to the same vehicle loses clearly fewer packets. Bounded to eight, the longest silent is forgotten.
     """
 
+    __slots__ = ("_chosen_at_s", "_paths", "address")
+
     def __init__(self) -> None:
         self.address: PeerAddress | None = None
         self._paths: dict[PeerAddress, _Path] = {}

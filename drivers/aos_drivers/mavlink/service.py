@@ -84,11 +84,11 @@ class MavlinkFleet:
     def _handle(self, events: list[Event]) -> None:
         for event in events:
             match event:
-                case PacketReceived():
+                case PacketReceived(packet, vehicle_id):
                     if self._recorder is not None:
-                        self._recorder.write(event.packet, self._context.clock.utc_s())
-                    if event.vehicle_id is not None:
-                        self._changes[event.vehicle_id].announce()
+                        self._recorder.write(packet, self._context.clock.utc_s())
+                    if vehicle_id is not None:
+                        self._changes[vehicle_id].announce()
                 case VehicleFound(record):
                     changes = self._changes[record.vehicle_id] = Changes(self._context.clock)
                     access = VehicleAccess(record, self._send, changes, record.host_of)

@@ -114,7 +114,7 @@ class MavlinkSession:
                 self._peers.send(version_request(Target(system_id, mavlink.MAV_COMP_ID_AUTOPILOT1)), peer)
         ownerships = [each.ownership for each in self.records.values()]
         ownerships += [each.ownership for each in self._former.values()]
-        self._peers.intake.protected = frozenset().union(*(each.owners for each in ownerships))
+        self._peers.intake.protected = frozenset().union(*(each.owners for each in ownerships if each.is_claimed))
         return self._take_events()
 
     # --- out --------------------------------------------------------------------------------------------------------
@@ -243,8 +243,9 @@ class MavlinkSession:
             if is_moved:
                 record.streams.restart()  # rates are a matter of each of the vehicle's links
                 self._events.append(Notice(Severity.INFO, f"is now reached at {peer}", record.vehicle_id))
-            if message_id in BOOT_TIMED_IDS:
-                self._watch_boot_time(record, message, peer, now_s)
+            if message_id in BOOT_TIMED_IDS and record.identity.hear_boot_time(peer, message.time_boot_ms, now_s):
+                record.restart()
+                self._events.append(Notice(Severity.WARNING, "has restarted", record.vehicle_id))
             record.take_telemetry(message, now_s)
             record.streams.on_message(message_id)
             for exchange in record.exchanges:
@@ -255,13 +256,6 @@ class MavlinkSession:
             self._on_ack(record, message, now_s)
         elif is_autopilot and message_id in self._handlers:
             self._handlers[message_id](record, message, peer, now_s)
-
-    def _watch_boot_time(
-        self, record: VehicleRecord, message: mavlink.MAVLink_message, peer: PeerAddress, now_s: float
-    ) -> None:
-        if record.identity.hear_boot_time(peer, message.time_boot_ms, now_s):
-            record.restart()
-            self._events.append(Notice(Severity.WARNING, "has restarted", record.vehicle_id))
 
     def _on_heartbeat(
         self, record: VehicleRecord, message: mavlink.MAVLink_message, peer: PeerAddress, now_s: float

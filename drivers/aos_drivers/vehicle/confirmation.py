@@ -23,6 +23,8 @@ _FRESH_S = 3.0
 class Confirmation:
     """A claim that counts from its second report on."""
 
+    __slots__ = ("_since_s",)
+
     def __init__(self) -> None:
         self._since_s = math.inf
         """Time of the first report; infinity without one."""
@@ -39,6 +41,8 @@ class Confirmation:
 
 class JumpFilter:
     """Positions farther from the former one than a vehicle can fly: they count from the second in a row on."""
+
+    __slots__ = ("_doubted",)
 
     def __init__(self) -> None:
         self._doubted: tuple[GeodeticPosition, float] | None = None

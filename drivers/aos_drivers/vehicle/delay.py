@@ -23,6 +23,8 @@ class TelemetryDelay:
     ours at times, with answers that come at once.
     """
 
+    __slots__ = ("_delay_s", "_is_boot_clock", "_told_at_s", "is_late")
+
     def __init__(self) -> None:
         self._is_boot_clock = False
         """Whether TIMESYNC tells the time since boot."""

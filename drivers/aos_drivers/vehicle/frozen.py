@@ -24,6 +24,16 @@ class FrozenPosition:
     Place and altitude are judged apart: an estimator may lose the one and go on to measure the other.
     """
 
+    __slots__ = (
+        "_altitude_amsl_m",
+        "_altitude_since_s",
+        "_place_deg",
+        "_place_since_s",
+        "_pressure",
+        "_report",
+        "_report_since_s",
+    )
+
     def __init__(self) -> None:
         self._place_deg: tuple[float, float] | None = None
         self._altitude_amsl_m: float | None = None
@@ -50,7 +60,9 @@ class FrozenPosition:
         place_deg, altitude_m = (position.latitude_deg, position.longitude_deg), position.altitude_amsl_m
         is_new_place, is_new_altitude = place_deg != self._place_deg, altitude_m != self._altitude_amsl_m
         # An estimator that comes back may change the one first: both are judged anew.
-        is_back = (is_new_place or is_new_altitude) and self._stood_still_s(now_s) > _LONGEST_S
+        is_back = (is_new_place or is_new_altitude) and (
+            now_s - max(self._place_since_s, self._altitude_since_s) > _LONGEST_S
+        )
         if is_new_place or is_back:
             self._place_deg, self._place_since_s = place_deg, now_s
         if is_new_altitude or is_back:
@@ -65,15 +77,8 @@ class FrozenPosition:
             return False
         east_mps, north_mps, up_mps = velocity_enu_mps
         place_s, altitude_s = now_s - self._place_since_s, now_s - self._altitude_since_s
-        return any(
-            speed_mps > _MOVING_MPS and unchanged_s > _LONGEST_S
-            for speed_mps, unchanged_s in (
-                (math.hypot(east_mps, north_mps), place_s),
-                (abs(up_mps), altitude_s),
-                (math.hypot(east_mps, north_mps, up_mps), self._stood_still_s(now_s)),
-            )
-        )
-
-    def _stood_still_s(self, now_s: float) -> float:
-        """Return for how long neither place nor altitude has changed."""
-        return now_s - max(self._place_since_s, self._altitude_since_s)
+        if place_s > _LONGEST_S and math.hypot(east_mps, north_mps) > _MOVING_MPS:
+            return True
+        if altitude_s > _LONGEST_S and abs(up_mps) > _MOVING_MPS:
+            return True
+        return min(place_s, altitude_s) > _LONGEST_S and math.hypot(east_mps, north_mps, up_mps) > _MOVING_MPS

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 from aos_gcs.geometry.geodesy import GeodeticPosition
 
@@ -17,18 +16,14 @@ _DEGREE_M = 111_320.0
 """Length of a degree of latitude."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Report:
-    boot_s: float
-    position: GeodeticPosition
-    velocity_enu_mps: tuple[float, float, float]
-
-
 class PositionJumps:
     """Adds up the jumps between one report and the next; by the vehicle's own clock, no delay looks like one."""
 
+    __slots__ = ("_last", "total_m")
+
     def __init__(self) -> None:
-        self._last: _Report | None = None
+        self._last: tuple[float, GeodeticPosition, tuple[float, float, float]] | None = None
+        """The latest report: the vehicle's time since boot in seconds, position and velocity."""
         self.total_m = (0.0, 0.0)
         """Sum of all jumps, east and north; about 0 again once the reports have jumped back."""
 
@@ -40,12 +35,17 @@ class PositionJumps:
             velocity_enu_mps: velocity of the same report.
             boot_ms: the vehicle's time since boot of the report.
         """
-        last, self._last = self._last, _Report(boot_ms / 1000, position, velocity_enu_mps)
-        if last is None or not 0.0 < (elapsed_s := boot_ms / 1000 - last.boot_s) <= GAP_S:
+        boot_s = boot_ms / 1000
+        last, self._last = self._last, (boot_s, position, velocity_enu_mps)
+        if last is None:
             return
-        (east_mps, north_mps, _), (last_east_mps, last_north_mps, _) = velocity_enu_mps, last.velocity_enu_mps
-        to_north_deg = position.latitude_deg - last.position.latitude_deg
-        to_east_deg = (position.longitude_deg - last.position.longitude_deg + 180.0) % 360.0 - 180.0
+        last_boot_s, last_position, (last_east_mps, last_north_mps, _) = last
+        elapsed_s = boot_s - last_boot_s
+        if not 0.0 < elapsed_s <= GAP_S:
+            return
+        east_mps, north_mps, _ = velocity_enu_mps
+        to_north_deg = position.latitude_deg - last_position.latitude_deg
+        to_east_deg = (position.longitude_deg - last_position.longitude_deg + 180.0) % 360.0 - 180.0
         east_degree_m = _DEGREE_M * math.cos(math.radians(position.latitude_deg))
         east_m = to_east_deg * east_degree_m - elapsed_s * (last_east_mps + east_mps) / 2.0
         north_m = to_north_deg * _DEGREE_M - elapsed_s * (last_north_mps + north_mps) / 2.0

@@ -232,10 +232,12 @@ class VehicleRecord:
 
     def take_telemetry(self, message: mavlink.MAVLink_message, now_s: float) -> None:
         """Update telemetry and control from a message of the autopilot."""
-        message_id, telemetry, sent_at_s = message.get_msgId(), self.telemetry, self.delay.sent_at_s(now_s)
+        telemetry, sent_at_s = self.telemetry, self.delay.sent_at_s(now_s)
         telemetry.update(message, sent_at_s)
-        if message_id in _TARGET_IDS:
-            self.control.hear_target()
+        message_id = message.get_msgId()
+        if message_id not in _TARGET_IDS:
+            return
+        self.control.hear_target()
         if message_id == mavlink.MAVLINK_MSG_ID_POSITION_TARGET_GLOBAL_INT:
             if telemetry.target is not None and telemetry.target.at_s == sent_at_s:
                 self.control.take_target(telemetry.target.position, now_s)
@@ -249,28 +251,26 @@ class VehicleRecord:
 
     def take_payload(self, message: mavlink.MAVLink_message, now_s: float) -> None:
         """Update poses, exposures and the camera component from a message."""
-        self._find_camera(message)
-        if self.camera is not None and message.get_srcComponent() == self.camera.component_id:
+        message_id, component_id = message.get_msgId(), message.get_srcComponent()
+        if message_id in _INTRODUCTIONS:
+            self._find_camera(message, message_id, component_id)
+        if self.camera is not None and component_id == self.camera.component_id:
             self.camera.update(message, now_s)
-        of_autopilot = message.get_srcComponent() == self.target.component_id
+        of_autopilot = component_id == self.target.component_id
         self.payload.update(message, now_s, self.clock.offset_s, of_autopilot=of_autopilot)
 
-    def _find_camera(self, message: mavlink.MAVLink_message) -> None:
+    def _find_camera(self, message: mavlink.MAVLink_message, message_id: int, component_id: int) -> None:
         """Take the sender of ``message`` as the camera if it is one; the lowest component id wins."""
-        message_id = message.get_msgId()
-        if message_id not in _INTRODUCTIONS:
-            return
-        component_id = message.get_srcComponent()
         is_camera = message_id == _CAMERA_INFORMATION or (
             message_id == _HEARTBEAT and message.type == mavlink.MAV_TYPE_CAMERA and component_id in _CAMERA_IDS
         )
         if is_camera and (self.camera is None or component_id < self.camera.component_id):
             self.camera = CameraRecord(component_id)
-            for message_id in (
+            for wanted_id in (
                 mavlink.MAVLINK_MSG_ID_CAMERA_INFORMATION,
                 mavlink.MAVLINK_MSG_ID_CAMERA_CAPTURE_STATUS,
             ):
-                self.requests.want(component_id, message_id, _PAUSE_S, _ATTEMPTS)
+                self.requests.want(component_id, wanted_id, _PAUSE_S, _ATTEMPTS)
 
     def due_requests(self, now_s: float) -> Iterator[tuple[int, int, tuple[float, ...]]]:
         """Return the requests that are due: component, command and its parameters."""

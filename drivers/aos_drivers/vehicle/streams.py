@@ -26,6 +26,19 @@ class StreamKeeper:
     be taken for the next one's: a stream that then does not arrive is requested again.
     """
 
+    __slots__ = (
+        "_at_once",
+        "_attempts",
+        "_burst",
+        "_due_s",
+        "_heard",
+        "_pending",
+        "_rates_hz",
+        "_retries_left",
+        "_watch_from_s",
+        "_watched",
+    )
+
     def __init__(self, rates_hz: Mapping[int, float], at_once: Collection[int] = ()) -> None:
         """Request ``rates_hz``; first those of ``at_once`` together, before each is confirmed in turn."""
         self._rates_hz = dict(rates_hz)
@@ -122,6 +135,8 @@ class _Request:
 class OneTimeRequests:
     """Messages requested (REQUEST_MESSAGE) until they arrive. Bounded by the few ids that are wanted."""
 
+    __slots__ = ("_open",)
+
     def __init__(self) -> None:
         self._open: dict[tuple[int, int], _Request] = {}
 
@@ -131,7 +146,8 @@ class OneTimeRequests:
 
     def on_message(self, component_id: int, message_id: int) -> None:
         """Stop requesting a message that has arrived."""
-        self._open.pop((component_id, message_id), None)
+        if self._open:
+            self._open.pop((component_id, message_id), None)
 
     def poll(self, now_s: float) -> list[tuple[int, int]]:
         """Return (component id, message id) of the requests to send now."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
@@ -39,57 +39,59 @@ class PositionTarget:
     at_s: float
 
 
+@dataclass(slots=True, eq=False)
 class Telemetry:
     """Latest value per quantity; ``None`` until it is reported. Policy: newer values replace older ones.
 
     ``update`` takes the messages of the vehicle's autopilot component alone.
     """
 
-    def __init__(self) -> None:
-        self.mode = FlightMode.UNKNOWN
-        self.mode_name = ""
-        self.armed = False
-        self.heartbeat_at_s: float | None = None
-        self.round_trip_s = 0.0
-        """Time that a question and its answer take at most now: a message that comes earlier may be older than it."""
-        self.landed = LandedState.UNKNOWN
-        self.landed_at_s: float | None = None
-        self.position: GeodeticPosition | None = None
-        self.position_at_s: float | None = None
-        self.position_boot_ms = 0
-        """The vehicle's time since boot of ``position``."""
-        self.jumps = PositionJumps()
-        self.velocity_enu_mps: tuple[float, float, float] | None = None
-        self.heading_rad: float | None = None
-        self.home: GeodeticPosition | None = None
-        self.prearm_healthy: bool | None = None
-        self.ekf_flags: int | None = None
-        self.estimator_flags: int | None = None
-        self.battery_fraction: float | None = None
-        self.battery_at_s: float | None = None
-        self.battery_voltage_v: float | None = None
-        self.gps_fix: int | None = None
-        self.satellites: int | None = None
-        self.hdop: float | None = None
-        self.receiver_accuracy_m: tuple[float, float] | None = None
-        """Horizontal and vertical accuracy that the satellite receiver reports."""
-        self.estimator_accuracy_m: tuple[float, float] | None = None
-        """Horizontal and vertical accuracy that the autopilot's estimator reports."""
-        self.altitude_test_ratio: float | None = None
-        self.horizontal_test_ratio: float | None = None
-        self.vibration_mps2: float | None = None
-        self.gps_altitude_amsl_m: AmslM | None = None
-        self.pressure_hpa: float | None = None
-        self.firmware = ""
-        """Version of the autopilot: "4.7.0 dev"; empty until it is reported."""
-        self.board_id = ""
-        """Hexadecimal; empty when the board has none."""
-        self.target: PositionTarget | None = None
-        self.text = ""
-        self.text_at_s: float | None = None
-        self.relative_altitude_m: AboveHomeM | None = None
-        self._disarming, self._landing, self._jumps = Confirmation(), Confirmation(), JumpFilter()
-        self._frozen = FrozenPosition()
+    mode: FlightMode = FlightMode.UNKNOWN
+    mode_name: str = ""
+    armed: bool = False
+    heartbeat_at_s: float | None = None
+    round_trip_s: float = 0.0
+    """Time that a question and its answer take at most now: a message that comes earlier may be older than it."""
+    landed: LandedState = LandedState.UNKNOWN
+    landed_at_s: float | None = None
+    position: GeodeticPosition | None = None
+    position_at_s: float | None = None
+    position_boot_ms: int = 0
+    """The vehicle's time since boot of ``position``."""
+    jumps: PositionJumps = field(default_factory=PositionJumps)
+    velocity_enu_mps: tuple[float, float, float] | None = None
+    heading_rad: float | None = None
+    home: GeodeticPosition | None = None
+    prearm_healthy: bool | None = None
+    ekf_flags: int | None = None
+    estimator_flags: int | None = None
+    battery_fraction: float | None = None
+    battery_at_s: float | None = None
+    battery_voltage_v: float | None = None
+    gps_fix: int | None = None
+    satellites: int | None = None
+    hdop: float | None = None
+    receiver_accuracy_m: tuple[float, float] | None = None
+    """Horizontal and vertical accuracy that the satellite receiver reports."""
+    estimator_accuracy_m: tuple[float, float] | None = None
+    """Horizontal and vertical accuracy that the autopilot's estimator reports."""
+    altitude_test_ratio: float | None = None
+    horizontal_test_ratio: float | None = None
+    vibration_mps2: float | None = None
+    gps_altitude_amsl_m: AmslM | None = None
+    pressure_hpa: float | None = None
+    firmware: str = ""
+    """Version of the autopilot: "4.7.0 dev"; empty until it is reported."""
+    board_id: str = ""
+    """Hexadecimal; empty when the board has none."""
+    target: PositionTarget | None = None
+    text: str = ""
+    text_at_s: float | None = None
+    relative_altitude_m: AboveHomeM | None = None
+    _disarming: Confirmation = field(default_factory=Confirmation)
+    _landing: Confirmation = field(default_factory=Confirmation)
+    _jumps: JumpFilter = field(default_factory=JumpFilter)
+    _frozen: FrozenPosition = field(default_factory=FrozenPosition)
 
     @property
     def height_above_home_m(self) -> AboveHomeM | None:
@@ -191,16 +193,17 @@ def has_no_position(target: mavlink.MAVLink_message) -> bool:
 def _take_global_position(
     telemetry: Telemetry, message: mavlink.MAVLink_global_position_int_message, now_s: float
 ) -> None:
+    boot_ms = message.time_boot_ms
     is_recent = telemetry.position_at_s is not None and now_s - telemetry.position_at_s < _ORDER_S
-    if is_recent and message.time_boot_ms < telemetry.position_boot_ms:
+    if is_recent and boot_ms < telemetry.position_boot_ms:
         return  # overtaken by a newer one
     velocity_enu_mps = message.vy / 100, message.vx / 100, -message.vz / 100
     position = position_from_e7(message.lat, message.lon, AmslM(message.alt / 1000))
-    if not telemetry.take_position(position, now_s, velocity_enu_mps, message.time_boot_ms):
+    if not telemetry.take_position(position, now_s, velocity_enu_mps, boot_ms):
         return
-    telemetry.position_boot_ms = message.time_boot_ms
+    telemetry.position_boot_ms = boot_ms
     if position is not None:
-        telemetry.jumps.take(position, velocity_enu_mps, message.time_boot_ms)
+        telemetry.jumps.take(position, velocity_enu_mps, boot_ms)
     if message.hdg != _UNKNOWN_UINT16:
         telemetry.heading_rad = math.radians(message.hdg / 100 % 360.0)
     telemetry.relative_altitude_m = AboveHomeM(message.relative_alt / 1000)

@@ -14,6 +14,8 @@ CLOCK_RESOLUTION_S = 1e-3
 class Changes:
     """Wakes all waiters, in the order of their arrival, whenever something about a vehicle may have changed."""
 
+    __slots__ = ("_clock", "_waiters")
+
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
         self._waiters: dict[asyncio.Future[None], None] = {}

@@ -45,6 +45,8 @@ class LeastDelay:
     Not longer, because simulated vehicles slow down when their machine is busy.
     """
 
+    __slots__ = ("_best",)
+
     def __init__(self) -> None:
         self._best: deque[tuple[float, float]] = deque()
         """Arrival and offset of each message that no later one improves on: the first is the best."""
@@ -57,13 +59,15 @@ class LeastDelay:
     def hear(self, theirs_s: float, ours_s: float) -> None:
         """Note a message with their time that arrived at our time."""
         offset_s = theirs_s - ours_s
-        if self._best and offset_s < self._best[0][1] - _REBOOT_S:
-            self._best.clear()
-        while self._best and self._best[-1][1] <= offset_s:
-            self._best.pop()
-        self._best.append((ours_s, offset_s))
-        while self._best[0][0] < ours_s - _WINDOW_S:
-            self._best.popleft()
+        best = self._best
+        if best and offset_s < best[0][1] - _REBOOT_S:
+            best.clear()
+        while best and best[-1][1] <= offset_s:
+            best.pop()
+        best.append((ours_s, offset_s))
+        from_s = ours_s - _WINDOW_S
+        while best[0][0] < from_s:
+            best.popleft()
 
 
 class BootClock:
@@ -72,13 +76,13 @@ class BootClock:
     Ours from the least delayed of the messages that carry a time, until TIMESYNC knows it better.
     """
 
+    __slots__ = ("_arrivals", "_utc_minus_boot_s", "hear_boot")
+
     def __init__(self) -> None:
         self._arrivals = LeastDelay()
+        self.hear_boot = self._arrivals.hear
+        """Note the time since boot of a message, and when it arrived (seconds, both)."""
         self._utc_minus_boot_s: float | None = None
-
-    def hear_boot(self, boot_s: float, now_s: float) -> None:
-        """Note the time since boot of a message that arrived at ``now_s``."""
-        self._arrivals.hear(boot_s, now_s)
 
     def hear_utc(self, utc_s: float, boot_s: float) -> None:
         """Note a SYSTEM_TIME: the vehicle's UTC at a time since its boot."""

@@ -9,8 +9,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,8 +27,7 @@ _RESTART_S = 2.0
 T = TypeVar("T")
 
 
-@dataclass(frozen=True, slots=True)
-class Motion:
+class Motion(NamedTuple):
     """Position and velocity at one time."""
 
     position: GeodeticPosition
@@ -38,6 +36,8 @@ class Motion:
 
 class Samples(Generic[T]):
     """Values by time. Buffered: 20 s and at most 1024 values, the oldest are dropped; so are late ones."""
+
+    __slots__ = ("_times_s", "_values")
 
     def __init__(self) -> None:
         self._times_s: list[float] = []
@@ -58,16 +58,17 @@ class Samples(Generic[T]):
 
     def add(self, at_s: float, value: T) -> None:
         """Take a value over."""
-        if self._times_s and at_s <= self._times_s[-1]:
-            if at_s > self._times_s[-1] - _RESTART_S:
+        times_s = self._times_s
+        if times_s and at_s <= times_s[-1]:
+            if at_s > times_s[-1] - _RESTART_S:
                 return
-            self._times_s.clear()
+            times_s.clear()
             self._values.clear()
-        self._times_s.append(at_s)
+        times_s.append(at_s)
         self._values.append(value)
-        if self._times_s[0] <= at_s - KEPT_S or len(self._times_s) > _MAX_SAMPLES:
-            outdated = max(bisect_right(self._times_s, at_s - KEPT_S), len(self._times_s) - _MAX_SAMPLES)
-            del self._times_s[:outdated], self._values[:outdated]
+        if times_s[0] <= at_s - KEPT_S or len(times_s) > _MAX_SAMPLES:
+            outdated = max(bisect_right(times_s, at_s - KEPT_S), len(times_s) - _MAX_SAMPLES)
+            del times_s[:outdated], self._values[:outdated]
 
     def around(self, at_s: float, max_age_s: float) -> tuple[tuple[float, T], tuple[float, T]] | None:
         """Return the samples before and after a time, twice the same one beyond either end.
@@ -85,6 +86,8 @@ class Samples(Generic[T]):
 
 class PoseTrack:
     """Recent reports of a vehicle's motion and of its gimbal's."""
+
+    __slots__ = ("_attitudes", "_gimbal_follows_heading", "_gimbals", "motions")
 
     def __init__(self) -> None:
         self.motions: Samples[Motion] = Samples()

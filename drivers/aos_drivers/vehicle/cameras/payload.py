@@ -37,6 +37,8 @@ class ShutterReport:
 class PayloadRecord:
     """The motion of one vehicle, its clock and its latest exposure. Survives reboots of the vehicle."""
 
+    __slots__ = ("clock", "latest_report", "reports", "track")
+
     def __init__(self) -> None:
         self.track = PoseTrack()
         self.clock = BootClock()
