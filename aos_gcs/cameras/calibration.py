@@ -17,7 +17,7 @@ from aos_gcs.errors import InputDataError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import R_CAM2SENSOR_FRD, Pose
 from aos_gcs.geometry.rotations import R_from_yaw_pitch_roll
-from aos_gcs.input_values import finite_number
+from aos_gcs.input_values import finite_number, printable
 
 PARAMETERS = ("yaw_deg", "pitch_deg", "roll_deg", "focal_px", "k1", "k2", "clock_offset_s")
 """Order of the covariance."""
@@ -35,6 +35,8 @@ class Calibration:
     """Turn of the optical axis against its recorded attitude: yaw, pitch, roll about down, right, forward."""
     clock_offset_s: float
     """Addition to the times of images that makes them times of the poses."""
+    doubts: tuple[str, ...] = ()
+    """Reasons why its own computation doubts it; it was written nevertheless, as somebody asked for it."""
 
     @property
     def R_calibrated2recorded(self) -> NDArray[np.float64]:
@@ -105,8 +107,18 @@ def read_calibration(path: Path) -> Calibration:
         raise InputDataError(
             f"The calibration {path}: 'clock_offset_s' must be a number of at most {MAX_OFFSET_S:g} s, got {offset!r}."
         )
+    doubts = document.get("doubts", [])
+    if not (isinstance(doubts, list) and all(isinstance(doubt, str) for doubt in doubts)):
+        raise InputDataError(f"The calibration {path}: 'doubts' must be a list of texts, got {doubts!r}.")
     yaw_rad, pitch_rad, roll_rad = (math.radians(angle) for angle in numbers)
-    return Calibration(read_lens_file(path), (yaw_rad, pitch_rad, roll_rad), float(offset))
+    return Calibration(read_lens_file(path), (yaw_rad, pitch_rad, roll_rad), float(offset), tuple(doubts))
+
+
+def warning(calibration: Calibration, path: Path) -> str | None:
+    """Return what the user of a calibration's file must be told; None where it is not doubted."""
+    if not calibration.doubts:
+        return None
+    return printable(f"The calibration {path} is doubtful and was written with --force: {' '.join(calibration.doubts)}")
 
 
 def _is_number(value: Any) -> bool:

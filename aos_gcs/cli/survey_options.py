@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from aos_gcs.cameras.calibration import Calibration, read_calibration
+from aos_gcs.cameras.calibration import Calibration, read_calibration, warning
 from aos_gcs.cameras.intrinsics import Intrinsics, parse_lens
 from aos_gcs.cameras.lens_files import read_lens_file
 from aos_gcs.errors import ConfigurationError
@@ -170,6 +170,9 @@ class CameraOptions:
             if value is not None:
                 raise ConfigurationError(f"--calibration and {name} exclude each other: it contains the camera.")
         calibration = read_calibration(self.calibration)
+        doubtful = warning(calibration, self.calibration)
+        if doubtful is not None:
+            typer.echo(doubtful, err=True)
         return calibration.intrinsics, None, calibration
 
 

@@ -34,6 +34,10 @@ class ImageMotion:
     is_known: NDArray[np.bool_]
     """Whether the image has a neighbour in time, shape (n,); the motion of others is taken for none."""
 
+    def of(self, chosen: NDArray[np.intp]) -> ImageMotion:
+        """Return the motion at some images."""
+        return ImageMotion(*(getattr(self, name)[chosen] for name in self.__slots__))
+
     @classmethod
     def none(cls, count: int) -> ImageMotion:
         """Motion of images without times."""

@@ -41,6 +41,8 @@ class Truth:
     size_px: tuple[int, int] = (192, 144)
     position_sigma_m: float = 0.02
     attitude_sigma_deg: float = 0.05
+    drift_m: float = 0.0
+    """Standard deviation of an error of the recorded positions that is the same along a line."""
     headings_deg: tuple[float, ...] = field(default=(0.0, 180.0, 90.0, 270.0))
 
 
@@ -82,6 +84,7 @@ class CalibrationFlight:
             heading_rad = math.radians(heading_deg)
             along = np.array([math.sin(heading_rad), math.cos(heading_rad), 0.0])
             aside = np.array([along[1], -along[0], 0.0]) * (2.0 if line % 2 else -2.0)
+            drift_m = rng.normal(scale=truth.drift_m, size=3) if truth.drift_m else np.zeros(3)
             time_s += 30.0
             for step in range(FRAMES):
                 time_s += INTERVAL_S
@@ -92,7 +95,7 @@ class CalibrationFlight:
                 centre_m = centre_m + rng.normal(scale=truth.position_sigma_m, size=3)
                 self.true_poses.append(Pose(centre_m, R_recorded @ R_true2recorded @ R_error))
                 self._write(line, step, centre_m, self.true_poses[-1].R_cam2enu, rng)
-                rows = np.column_stack((R_recorded, recorded_m)).tolist()
+                rows = np.column_stack((R_recorded, recorded_m + drift_m)).tolist()
                 self.document["images"].append(
                     {"imagefile": f"{line}_{step}.png", "M3x4": rows, "time_s": round(time_s, 6)}
                 )

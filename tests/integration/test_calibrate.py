@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from tests.fakes.calibration_flight import FOV_DEG, CalibrationFlight, Truth
 from tests.fakes.recorded_flight import run
@@ -25,6 +26,17 @@ def calibration(flight: CalibrationFlight) -> Path:
     return path
 
 
+def _errors_and_sigmas(
+    flight: CalibrationFlight, truth: Truth, path: Path
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return errors of all unknowns and their standard deviations."""
+    found = json.loads(path.read_text())
+    lens = [*found.get("distortion_coefficients", [0.0, 0.0])[:2]]
+    values = np.array([*found["boresight_deg"], found["camera_matrix"][0][0], *lens, found["clock_offset_s"]])
+    true = np.array([*truth.boresight_deg, flight.camera.fx_px, *truth.lens[:2], truth.clock_offset_s])
+    return np.abs(values - true), np.sqrt(np.diag(found["covariance"]))
+
+
 def test_a_flight_tells_mount_clock_focal_length_and_lens(flight: CalibrationFlight, calibration: Path) -> None:
     truth, found = Truth(), json.loads(calibration.read_text())
     assert found["not_determined"] == []
@@ -34,15 +46,15 @@ def test_a_flight_tells_mount_clock_focal_length_and_lens(flight: CalibrationFli
     focal_px = found["camera_matrix"][0][0]
     assert abs(focal_px / flight.camera.fx_px - 1.0) < 0.005
     assert abs(found["distortion_coefficients"][0] - truth.lens[0]) < 0.01
-    values = np.array(
-        [*found["boresight_deg"], focal_px, *found["distortion_coefficients"][:2], found["clock_offset_s"]]
-    )
-    true = np.array([*truth.boresight_deg, flight.camera.fx_px, *truth.lens[:2], truth.clock_offset_s])
-    sigmas = np.sqrt(np.diag(found["covariance"]))
-    assert (np.abs(values - true) < 3.5 * sigmas).all()
+    errors, sigmas = _errors_and_sigmas(flight, truth, calibration)
+    assert (errors < 3.5 * sigmas).all()
     before_px, after_px = found["median_residual_px"]
     assert before_px > 3.0
     assert after_px < 0.2
+    before_px, after_px = found["held_out_residual_px"]
+    assert before_px > 3.0
+    assert after_px < 0.4
+    assert found["doubts"] == []
 
 
 def test_integrals_are_sharp_with_the_calibration(flight: CalibrationFlight, calibration: Path, tmp_path: Path) -> None:
@@ -98,22 +110,62 @@ def test_a_single_line_determines_neither_focal_length_nor_clock(
     assert "clock offset: not determined by this flight" in capfd.readouterr().out
 
 
-def test_a_result_far_from_what_was_told_is_doubted(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_a_result_far_from_what_was_told_is_not_written_unless_forced(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
     truth = Truth(boresight_deg=(0.0, 12.0, 0.0), lens=(), focal_error=0.0, heights_m=(20.0,), headings_deg=(0.0, 90.0))
     flight = CalibrationFlight(tmp_path, truth)
-    assert run(flight.arguments(tmp_path / "calibration.json")) == 0
-    captured = capfd.readouterr()
-    assert "Far from the given values: pitch. Check poses" in captured.err
+    out = tmp_path / "calibration.json"
+    assert run(flight.arguments(out)) == 2
+    errors = capfd.readouterr().err
+    assert "Far from the given values: pitch. Check poses" in errors
+    assert "is not written. Follow them, or write it with --force" in errors
+    assert not out.exists()
+    assert run(flight.arguments(out, "--force")) == 0
+    (doubt,) = json.loads(out.read_text())["doubts"]
+    assert doubt.startswith("Far from the given values: pitch.")
+    capfd.readouterr()
+    arguments = ["integrate", str(flight.images), "--poses", str(flight.poses), "--out", str(tmp_path / "view.npy")]
+    arguments += ["--convention", "camera-to-world,enu", "--plane-z", "0", "--view", "0", "--calibration", str(out)]
+    assert run(arguments) == 0
+    assert f"The calibration {out} is doubtful and was written with --force: Far from" in capfd.readouterr().err
 
 
 def test_poses_that_err_more_than_is_said_are_named(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     truth = Truth(attitude_sigma_deg=1.5, heights_m=(20.0,), headings_deg=(0.0, 180.0))
     flight = CalibrationFlight(tmp_path, truth)
     arguments = flight.arguments(tmp_path / "calibration.json")
-    assert run([*arguments, "--attitude-sigma", "0.2"]) == 0
+    assert run([*arguments, "--attitude-sigma", "0.2"]) == 2
     assert "Recorded poses err by more than --attitude-sigma says" in capfd.readouterr().err
     assert run([*arguments, "--attitude-sigma", "2"]) == 0
     assert "Recorded poses err" not in capfd.readouterr().err
+
+
+def test_a_camera_that_was_right_is_not_replaced(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    truth = Truth(boresight_deg=(0.0, 0.0, 0.0), clock_offset_s=0.0, focal_error=0.0, lens=())
+    flight = CalibrationFlight(tmp_path, truth)
+    out = tmp_path / "calibration.json"
+    assert run(flight.arguments(out, "--position-sigma", 0.02, "--attitude-sigma", 0.1)) == 2
+    assert "Images left out of the fit are described no better" in capfd.readouterr().err
+    assert not out.exists()
+
+
+def test_positions_that_drift_bend_the_result_unless_it_is_said(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    truth = Truth(drift_m=1.0)
+    flight = CalibrationFlight(tmp_path, truth)
+    out = tmp_path / "calibration.json"
+    common = ("--position-sigma", 0.05, "--attitude-sigma", 0.1)
+    assert run(flight.arguments(out, *common)) == 2
+    assert "add --position-drift 2" in capfd.readouterr().err
+    assert run(flight.arguments(out, *common, "--force")) == 0
+    errors, sigmas = _errors_and_sigmas(flight, truth, out)
+    assert (errors / sigmas).max() > 10.0
+    assert run(flight.arguments(out, *common, "--position-drift", 2)) == 0
+    errors, sigmas = _errors_and_sigmas(flight, truth, out)
+    assert (errors < 3.5 * sigmas).all()
+    assert json.loads(out.read_text())["doubts"] == []
 
 
 def test_neighbours_correct_the_errors_of_single_poses(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -172,6 +224,7 @@ def test_bad_options_and_files_are_named(
     out = tmp_path / "calibration.json"
     cases = [
         (flight.arguments(out, "--position-sigma", 0), "--position-sigma must be a positive number"),
+        (flight.arguments(out, "--position-drift", -1), "--position-drift must be a number of at least 0"),
         (flight.arguments(out, "--frames", "0:3"), "needs 6 images with poses, got 3"),
         (flight.arguments(tmp_path / "absent" / "file.json"), "absent"),
         (flight.arguments(flight.poses), f"Cannot write {flight.poses}: it is a file of the recording"),
@@ -185,6 +238,7 @@ def test_bad_options_and_files_are_named(
         ({"camera_matrix": [[1, 0, 1], [0, 1, 1], [0, 0, 1]]}, "'boresight_deg' must be yaw, pitch and roll"),
         ({"boresight_deg": [0, 0, 90]}, "'boresight_deg' must be yaw, pitch and roll of at most 45"),
         ({"boresight_deg": [0, 0, 0], "clock_offset_s": "late"}, "'clock_offset_s' must be a number"),
+        ({"boresight_deg": [0, 0, 0], "doubts": "none"}, "'doubts' must be a list of texts"),
         ({"boresight_deg": [0, 0, 0]}, "neither 'camera_matrix'"),
     ):
         bad.write_text(json.dumps(content))

@@ -118,6 +118,19 @@ def test_a_vehicles_own_field_of_view_replaces_the_common_calibration(tmp_path: 
         cameras.of(1).camera(60, 60)
 
 
+def test_a_doubtful_calibration_is_used_with_a_warning(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    path = tmp_path / "camera.json"
+    options = {"camera": {"calibration": str(path)}}
+    path.write_text(json.dumps(CALIBRATION))
+    DriverOptions.parse(options)
+    assert not caplog.messages
+    path.write_text(json.dumps(CALIBRATION | {"doubts": ["Far from the given values: yaw."]}))
+    assert DriverOptions.parse(options).cameras.of(1).calibration is not None
+    (message,) = caplog.messages
+    assert message.startswith("link.options.camera.calibration: The calibration")
+    assert message.endswith("is doubtful and was written with --force: Far from the given values: yaw.")
+
+
 CALIBRATION = {
     "image_width": 64,
     "image_height": 48,

@@ -1,8 +1,8 @@
 """The least squares of calibration: one camera and mount, small errors of all poses, and the points of the ground.
 
-A bundle adjustment in which positions and attitudes are observations with standard deviations, and what all images have
-in common is unknown: the turn of the camera against its recorded attitude, the focal length, two coefficients of the
-lens, and the offset of the clock.
+A bundle adjustment in which positions and attitudes are observations with standard deviations, positions with a drift
+that neighbours share, too, and what all images have in common is unknown: the turn of the camera against its recorded
+attitude, the focal length, two coefficients of the lens, and the offset of the clock.
 
 Source: Triggs, McLauchlan, Hartley and Fitzgibbon, *Bundle Adjustment: A Modern Synthesis*, Vision Algorithms, 2000
 (elimination of the points, robust weights); the weights are Cauchy's, the steps Levenberg's and Marquardt's.
@@ -27,6 +27,8 @@ from aos_gcs.surveys.motion import ImageMotion
 COMMON = 7
 """Unknowns of all images: turns about the camera's right, down and forward (rad), relative focal length, k1, k2, offset
 of the clock (s)."""
+CLOCK = 6
+"""Place of the clock's offset among them."""
 OWN = 6
 """Unknowns of one image: errors of its position (m) and turns of its attitude (rad)."""
 
@@ -47,9 +49,23 @@ class Sigmas:
     """Standard deviations of the recorded poses; arrays with one row per image."""
 
     position_m: NDArray[np.float64]
-    """Standard deviations along each axis, shape (n, 3)."""
+    """Standard deviations along each axis of what differs from one image to the next, shape (n, 3)."""
     attitude_rad: float
     """Standard deviation of what differs from one image to the next."""
+    drift_m: NDArray[np.float64]
+    """Standard deviation along each axis of what images have in common with their neighbours, shape (n,)."""
+    drift_at: NDArray[np.float64]
+    """Time of each image in units of that in which a drift changes, shape (n,)."""
+
+    def of(self, chosen: NDArray[np.intp]) -> Sigmas:
+        """Return the standard deviations of some images."""
+        return Sigmas(self.position_m[chosen], self.attitude_rad, self.drift_m[chosen], self.drift_at[chosen])
+
+    def position_information(self, axis: int) -> NDArray[np.float64]:
+        """Return the inverse covariance of the errors of all positions along an axis, shape (n, n), in 1/m²."""
+        apart = np.abs(self.drift_at[:, np.newaxis] - self.drift_at)
+        common = np.outer(self.drift_m, self.drift_m) * np.exp(-apart)
+        return np.asarray(np.linalg.inv(common + np.diag(self.position_m[:, axis] ** 2)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,7 +84,7 @@ class Adjusted:
     """Median distance of measured and predicted places with the recorded poses and camera."""
     after_px: float
     position_error_sigmas: float
-    """Root mean square of the errors of the recorded positions, in their standard deviations: about 1, or less."""
+    """Root mean square of the errors of the recorded positions, by their covariance: about 1, or less."""
     attitude_error_sigmas: float
 
 
@@ -114,7 +130,7 @@ class _Model:
         self, common: NDArray[np.float64], own: NDArray[np.float64], points_m: NDArray[np.float64]
     ) -> NDArray[np.float64]:
         """Return pixels, shape (k, 2); ``own`` and the points have one row per observation."""
-        offset_s = float(common[6])
+        offset_s = float(common[CLOCK])
         centre_m = self._centre_m + self._velocity * offset_s + 0.5 * self._acceleration * offset_s**2 + own[:, :3]
         in_camera = np.einsum("kji,kj->ki", self._R, points_m - centre_m)
         in_camera = Rotation.from_rotvec(-self._rate * offset_s).apply(in_camera)
@@ -139,7 +155,7 @@ class _Model:
         own, points_m = unknowns.own[self._tracks.image], unknowns.points_m[self._tracks.point]
         columns = []
         for index in range(COMMON + OWN + 3):
-            h = 1e-4 if index in (6, *range(COMMON + OWN, COMMON + OWN + 3)) else 1e-6
+            h = 1e-4 if index in (CLOCK, *range(COMMON + OWN, COMMON + OWN + 3)) else 1e-6
             sides = []
             for step in (h, -h):
                 common, mine, moved = unknowns.common.copy(), own, points_m
@@ -179,10 +195,7 @@ def adjust(
         min_sigma_px: smallest standard deviation that a measured place is taken to have along each axis.
     """
     model = _Model(tracks, camera, poses, motion)
-    # A standard deviation of next to nothing holds an unknown.
-    common_sigmas = np.where(fixed, 1e-9, PRIOR_SIGMAS)
-    own_sigmas = np.column_stack((sigmas.position_m, np.full((len(poses), 3), sigmas.attitude_rad)))
-    information = np.concatenate((common_sigmas, own_sigmas.ravel())) ** -2.0
+    information = _information(sigmas, fixed)
     now = _Unknowns(np.zeros(COMMON), np.zeros((len(poses), OWN)), points_m)
     residual = model.residuals(now)
     before_px = float(np.nanmedian(np.linalg.norm(residual, axis=1)))
@@ -206,7 +219,8 @@ def adjust(
         if (np.abs(step[:COMMON]) < _CONVERGED * np.sqrt(np.diag(covariance)) + 1e-12).all():
             break
     after_px = float(np.nanmedian(np.linalg.norm(residual, axis=1)))
-    errors = np.sqrt(np.mean((now.own / own_sigmas).reshape(-1, 2, 3) ** 2, axis=(0, 2)))
+    positions_m = now.own[:, :3]
+    squares = [positions_m[:, axis] @ sigmas.position_information(axis) @ positions_m[:, axis] for axis in range(3)]
     return Adjusted(
         now.common,
         now.own,
@@ -214,9 +228,22 @@ def adjust(
         _sigma_px(residual, min_sigma_px),
         before_px,
         after_px,
-        float(errors[0]),
-        float(errors[1]),
+        float(np.sqrt(np.sum(squares) / positions_m.size)),
+        float(np.sqrt(np.mean((now.own[:, 3:] / sigmas.attitude_rad) ** 2))),
     )
+
+
+def _information(sigmas: Sigmas, fixed: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Return the inverse covariance of the common and all own unknowns before anything is measured."""
+    count = len(sigmas.position_m)
+    diagonal = np.full(COMMON + OWN * count, sigmas.attitude_rad)
+    # A standard deviation of next to nothing holds an unknown.
+    diagonal[:COMMON] = np.where(fixed, 1e-9, PRIOR_SIGMAS)
+    information = np.diag(diagonal**-2.0)
+    for axis in range(3):
+        rows = COMMON + OWN * np.arange(count) + axis
+        information[np.ix_(rows, rows)] = sigmas.position_information(axis)
+    return information
 
 
 def _sigma_px(residual: NDArray[np.float64], min_sigma_px: float) -> float:
@@ -230,7 +257,7 @@ def _cost(
     # What has left the image costs as much as an outlier of ten standard deviations.
     robust = CAUCHY_SIGMAS**2 * np.log1p(np.where(np.isfinite(squares), squares, 25.0)).sum()
     errors = np.concatenate((unknowns.common, unknowns.own.ravel()))
-    return float(robust + np.sum(errors**2 * information))
+    return float(robust + errors @ information @ errors)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -275,9 +302,9 @@ class _System:
         np.add.at(N_points, point, np.einsum("k,kij,kil->kjl", weights, J_point, J_point))
         np.add.at(right_points, point, np.einsum("k,kij,ki->kj", weights, J_point, residual))
         errors = np.concatenate((unknowns.common, unknowns.own.ravel()))
-        N = (AW @ A).toarray() + np.diag(information)
+        N = (AW @ A).toarray() + information
         cross = (AW @ B).toarray().reshape(size, count, 3)
-        return cls(N, AW @ residual.ravel() - information * errors, N_points, right_points, cross)
+        return cls(N, AW @ residual.ravel() - information @ errors, N_points, right_points, cross)
 
     def _reduced(self, damping: float) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         """Return the normal equations without the points, the inverse blocks of these, and ``cross`` times them."""

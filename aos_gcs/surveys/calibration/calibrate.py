@@ -13,10 +13,19 @@ from aos_gcs.errors import InputDataError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import R_CAM2SENSOR_FRD, Pose
 from aos_gcs.geometry.projection import project_points
-from aos_gcs.surveys.calibration.adjustment import COMMON, PRIOR_SIGMAS, Adjusted, Sigmas, adjust, corrected_camera
+from aos_gcs.surveys.calibration.adjustment import (
+    CLOCK,
+    COMMON,
+    PRIOR_SIGMAS,
+    Adjusted,
+    Sigmas,
+    adjust,
+    corrected_camera,
+)
+from aos_gcs.surveys.calibration.held_out import HeldOut, held_out_residuals
 from aos_gcs.surveys.calibration.tracks import Features, Tracks, find_features, make_tracks, match, triangulate
 from aos_gcs.surveys.images import read_frame
-from aos_gcs.surveys.model import Survey, SurveyImage
+from aos_gcs.surveys.model import Survey
 from aos_gcs.surveys.motion import ImageMotion, motion_of
 
 MIN_IMAGES, MIN_POINTS = 6, 60
@@ -29,7 +38,9 @@ UNDETERMINED_SHARE = 0.5
 
 SURPRISING_SIGMAS = 3.0
 
-CLOCK = 6
+DRIFT_S, DRIFT_IMAGES = 60.0, 30
+"""Time in which the drift of a receiver changes, and images that stand for it where there are no times."""
+
 _ANGLES = slice(0, 3)
 
 
@@ -55,10 +66,15 @@ class Result:
     position_error_sigmas: float
     """Root mean square of the errors of the recorded positions that the images tell, in their standard deviations."""
     attitude_error_sigmas: float
+    held_out: HeldOut
 
 
 def calibrate(
-    survey: Survey, position_sigma_m: float, attitude_sigma_rad: float, advance: Callable[[int], None] = lambda _: None
+    survey: Survey,
+    position_sigma_m: float,
+    attitude_sigma_rad: float,
+    position_drift_m: float = 0.0,
+    advance: Callable[[int], None] = lambda _: None,
 ) -> Result:
     """Calibrate the camera of a recording.
 
@@ -66,6 +82,8 @@ def calibrate(
         survey: recording; all of its images must have one camera.
         position_sigma_m: standard deviation of the recorded positions from one to the next, where they do not tell.
         attitude_sigma_rad: the same of the attitudes.
+        position_drift_m: standard deviation of what neighbouring positions have in common, where their accuracy is not
+            recorded.
         advance: called with the number of images that have been searched for features.
 
     Raises:
@@ -87,8 +105,13 @@ def calibrate(
         advance(1)
     poses = [image.pose for image in images]
     tracks, points_m = _tracks(features, camera, poses)
-    motion = ImageMotion(*(getattr(motion, name)[chosen] for name in ImageMotion.__slots__))
-    sigmas = Sigmas(_position_sigmas_m(images, position_sigma_m), attitude_sigma_rad)
+    motion = motion.of(chosen)
+    sigmas = Sigmas(
+        np.array([image.position_sigma_m or (position_sigma_m,) * 3 for image in images]),
+        attitude_sigma_rad,
+        np.array([position_drift_m if image.position_sigma_m is None else 0.0 for image in images]),
+        _drift_at(survey, chosen),
+    )
     fixed = np.zeros(COMMON, dtype=np.bool_)
     fixed[CLOCK] = not has_clock
     adjusted = adjust(tracks, points_m, camera, poses=poses, motion=motion, sigmas=sigmas, fixed=fixed)
@@ -99,11 +122,15 @@ def calibrate(
         adjusted = adjust(tracks, points_m, camera, poses=poses, motion=motion, sigmas=sigmas, fixed=fixed)
     prior = np.diag(np.where(fixed, PRIOR_SIGMAS, 0.0) ** 2)
     adjusted = replace(adjusted, covariance=np.where(np.logical_or.outer(fixed, fixed), prior, adjusted.covariance))
-    return _result(adjusted, camera, fixed, len(images), tracks.count)
+    held_out = held_out_residuals(tracks, camera, poses, motion=motion, sigmas=sigmas, fixed=fixed)
+    return _result(adjusted, camera, fixed, held_out=held_out, counts=(len(images), tracks.count))
 
 
-def _position_sigmas_m(images: Sequence[SurveyImage], default_m: float) -> NDArray[np.float64]:
-    return np.array([image.position_sigma_m or (default_m,) * 3 for image in images])
+def _drift_at(survey: Survey, chosen: NDArray[np.intp]) -> NDArray[np.float64]:
+    """Return the times of some images in units of that in which a drift changes."""
+    times_s = [survey.images[index].taken_at_s for index in chosen]
+    known_s = [time_s for time_s in times_s if time_s is not None]
+    return np.array(known_s) / DRIFT_S if len(known_s) == len(times_s) else chosen / DRIFT_IMAGES
 
 
 def _tracks(
@@ -163,7 +190,10 @@ def _share_seen(points_m: NDArray[np.float64], camera: CameraModel, pose: Pose) 
     return float(inside.all(axis=1).mean())
 
 
-def _result(adjusted: Adjusted, camera: CameraModel, fixed: NDArray[np.bool_], images: int, points: int) -> Result:
+def _result(
+    adjusted: Adjusted, camera: CameraModel, fixed: NDArray[np.bool_], *, held_out: HeldOut, counts: tuple[int, int]
+) -> Result:
+    """Return the result in the units and the order of a calibration; the counts are those of images and points."""
     common = np.where(fixed, 0.0, adjusted.common)
     R_frd = R_CAM2SENSOR_FRD @ Rotation.from_rotvec(common[_ANGLES]).as_matrix() @ R_CAM2SENSOR_FRD.T
     yaw_rad, pitch_rad, roll_rad = (float(angle) for angle in Rotation.from_matrix(R_frd).as_euler("ZYX"))
@@ -181,10 +211,10 @@ def _result(adjusted: Adjusted, camera: CameraModel, fixed: NDArray[np.bool_], i
         covariance,
         ~fixed[order],
         np.abs(common[order]) > SURPRISING_SIGMAS * PRIOR_SIGMAS[order],
-        images,
-        points,
+        *counts,
         adjusted.before_px,
         adjusted.after_px,
         adjusted.position_error_sigmas,
         adjusted.attitude_error_sigmas,
+        held_out,
     )

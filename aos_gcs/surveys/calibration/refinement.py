@@ -90,7 +90,8 @@ def refine_poses(
             for second in range(first + 1, min(first + NEIGHBOURS, block[-1]) + 1):
                 if (first, second) not in pairs:
                     pairs[first, second] = match(features[first], features[second], camera)
-        sigmas = Sigmas(position_sigmas_m[start : block[-1] + 1], attitude_sigma_rad)
+        no_drift = np.zeros(len(block))
+        sigmas = Sigmas(position_sigmas_m[start : block[-1] + 1], attitude_sigma_rad, no_drift, no_drift)
         matches = [(first - start, second - start, found) for (first, second), found in pairs.items()]
         result = _adjusted([features[index] for index in block], matches, camera, poses[start : block[-1] + 1], sigmas)
         if result is not None:

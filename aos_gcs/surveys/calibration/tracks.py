@@ -63,6 +63,14 @@ class Tracks:
         number = np.cumsum(keep) - 1
         return Tracks(self.image[seen], number[self.point[seen]], self.pixels[seen])
 
+    def in_images(self, images: NDArray[np.intp]) -> Tracks:
+        """Return what at least two of some images show, both images and points numbered anew, the latter in order."""
+        seen = np.isin(self.image, images)
+        counts = np.bincount(self.point[seen], minlength=self.count)
+        seen &= counts[self.point] > 1
+        number = np.cumsum(counts > 1) - 1
+        return Tracks(np.searchsorted(images, self.image[seen]), number[self.point[seen]], self.pixels[seen])
+
 
 def find_features(image: Pixels) -> Features:
     """Return the features of an image, shape (H, W, C), of any depth."""

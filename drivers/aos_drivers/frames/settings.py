@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
@@ -16,10 +17,12 @@ from numpy.typing import NDArray
 
 from aos_drivers.frames.poses.mount import CameraMount, Carrier
 from aos_drivers.option_table import OptionTable
-from aos_gcs.cameras.calibration import Calibration, read_calibration
+from aos_gcs.cameras.calibration import Calibration, read_calibration, warning
 from aos_gcs.errors import CaptureError, ConfigurationError, InputDataError
 from aos_gcs.extras import load_extra
 from aos_gcs.geometry.camera import CameraModel
+
+_log = logging.getLogger(__name__)
 
 
 class SourceKind(StrEnum):
@@ -227,10 +230,15 @@ def _parse_calibration(table: OptionTable) -> Calibration | None:
         return None
     if "fov_deg" in table:
         raise ConfigurationError(f"{table.place}: calibration and fov_deg exclude each other: it contains the camera")
+    file = Path(path).expanduser()
     try:
-        return read_calibration(Path(path).expanduser())
+        calibration = read_calibration(file)
     except InputDataError as error:
         raise ConfigurationError(f"{table.place}.calibration: {error}") from error
+    doubtful = warning(calibration, file)
+    if doubtful is not None:
+        _log.warning("%s.calibration: %s", table.place, doubtful)
+    return calibration
 
 
 def _parse_place(table: OptionTable, source: SourceKind) -> ImagePlace:
