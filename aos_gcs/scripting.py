@@ -257,7 +257,7 @@ class Swarm:
         self._flight.limits = propose_limits(self._settings, homes_enu_m)
         clearance_m = self._flight.clearance_m(members)
         is_past = passes(self._settings.area_enu_m, np.array(homes_enu_m)[:, :2], clearance_m)
-        roster.assign_layers(homes_enu_m, staggered(is_past, layers_m))
+        roster.assign_layers(roster.chosen(), homes_enu_m, staggered(is_past, layers_m))
 
     async def _survey_terrain(self) -> None:
         """Compare the flight with the ground of the elevation model, and limit the heights above it."""

@@ -206,6 +206,17 @@ class Launch:
         """Return the vehicles that fly; all heard while that is open, so that an operator sees their state."""
         return self._context.roster.chosen() or self._context.roster.members()
 
+    def _chosen_or_proposed(self) -> list[Member]:
+        """Return the vehicles that fly; while that is open, the lowest ids on the ground, as many as are planned.
+
+        Layers and limits are made for these, so that an operator reads all warnings before the confirmation. Nothing is
+        written to vehicles before it.
+        """
+        if chosen := self._context.roster.chosen():
+            return chosen
+        waiting = [member for member in self._context.roster.members() if not member.state.armed]
+        return waiting[: self._context.settings.vehicles]
+
     def _check(self, members: Sequence[Member]) -> tuple[PreflightCheck, ...]:
         """Return the matrix vehicle x check of some members as it is now."""
         settings, roster = self._context.settings, self._context.roster
@@ -237,7 +248,7 @@ class Launch:
     def _assign_layers(self) -> None:
         """Give every vehicle its layer, and propose limits, as soon as all homes are known and when one has moved."""
         context = self._context
-        members, roster, flight = context.roster.chosen(), context.roster, context.settings.flight
+        members, roster, flight = self._chosen_or_proposed(), context.roster, context.settings.flight
         if roster.frame is None or not context.settings.area_enu_m or len(members) < context.settings.vehicles:
             return
         former = roster.ground
@@ -257,7 +268,7 @@ class Launch:
         homes_m = np.array(homes_enu_m)[:, :2]
         is_past = passes(context.settings.area_enu_m, homes_m, context.flight.clearance_m(members))
         layers_m = staggered(is_past, altitude_layers(len(members), flight.lowest_layer_m, flight.layer_spacing_m))
-        roster.assign_layers(homes_enu_m, layers_m)
+        roster.assign_layers(members, homes_enu_m, layers_m)
         met = meetings(is_past, layers_m)
         launch_points = {member.vehicle_id: home_enu_m for member, home_enu_m in zip(members, homes_enu_m, strict=True)}
         self._ground = (
@@ -285,7 +296,9 @@ class Launch:
         if terrain is None or frame is None or limits is None or limits.above_ground is not None:
             return
         homes_enu_m = {
-            member.vehicle_id: member.home_enu_m for member in context.roster.chosen() if member.home_enu_m is not None
+            member.vehicle_id: member.home_enu_m
+            for member in self._chosen_or_proposed()
+            if member.home_enu_m is not None
         }
         found = await asyncio.to_thread(survey_terrain, context.settings, terrain, frame.origin, limits, homes_enu_m)
         if context.flight.limits is limits:

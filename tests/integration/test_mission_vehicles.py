@@ -13,7 +13,7 @@ from aos_gcs.mission.model.checks import CheckStatus, PreflightCheck
 from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.preflight import checks
-from aos_gcs.planning.settings import Deadlines
+from aos_gcs.planning.settings import Deadlines, PreflightSettings
 from aos_gcs.ports import Arm
 from tests.fakes.mission_flight import Flight, flying, prepare
 
@@ -53,13 +53,17 @@ async def test_a_spare_vehicle_is_neither_armed_nor_given_a_layer(named: dict[st
 
 
 async def test_without_names_nothing_starts_until_an_operator_has_chosen() -> None:
-    flight = prepare(5, vehicles=3, any_vehicles=False, **BY_HAND)
+    preflight = PreflightSettings(upload_fence=True, set_return_height=True)
+    flight = prepare(5, vehicles=3, any_vehicles=False, preflight=preflight, **BY_HAND)
     async with flying(flight) as run:
         await flight.until(lambda: bool(flight.view.snapshot().preflight))
         await flight.clock.sleep(10.0)
         check = check_of(flight, checks.MISSION, checks.VEHICLES)
         assert (check.status, check.text) == (CheckStatus.FAIL, "3 planned, heard: 1, 2, 3, 4, 5")
+        assert layers_m(flight) == [35.0, 37.5, 40.0, None, None]  # proposed, and nothing is written
+        assert check_of(flight, 1, checks.DESCENT).status is not CheckStatus.FAIL
         assert [vehicle.uploads for vehicle in flight.fleet.members.values()] == [0] * 5
+        assert [vehicle.return_height_m for vehicle in flight.fleet.members.values()] == [30.0] * 5
         with pytest.raises(MissionError, match="preflight has not passed"):
             await flight.commands.act(Action.START, None)
         with pytest.raises(MissionError, match="at least one vehicle"):
@@ -70,6 +74,7 @@ async def test_without_names_nothing_starts_until_an_operator_has_chosen() -> No
         await flight.commands.act(Action.CHOOSE, (5, 2, 4), operator="Ada")
         await flight.until(lambda: flight.mission.phase is Phase.READY)
         assert [vehicle.uploads for vehicle in flight.fleet.members.values()] == [0, 1, 0, 1, 1]
+        assert [height_m is None for height_m in layers_m(flight)] == [True, False, True, False, False]
         await flight.commands.act(Action.START, None)
         await flight.until(lambda: flight.mission.phase is Phase.SCAN)
         with pytest.raises(MissionError, match="the mission has started"):

@@ -242,9 +242,13 @@ class Roster:
         """Return the members chosen to fly the mission, with one of ``tasks`` or any."""
         return [member for member in self.members(*tasks) if member.is_chosen]
 
-    def assign_layers(self, homes_enu_m: Sequence[NDArray[np.float64]], layers_m: Sequence[float]) -> None:
-        """Give each chosen member its launch point, shape (3,), and its altitude layer, in the order of the ids."""
-        for member, home_enu_m, layer_height_m in zip(self.chosen(), homes_enu_m, layers_m, strict=True):
+    def assign_layers(
+        self, members: Sequence[Member], homes_enu_m: Sequence[NDArray[np.float64]], layers_m: Sequence[float]
+    ) -> None:
+        """Give members their launch points, shape (3,) each, and layers; others that take no part lose a layer."""
+        for member in self._members.values():
+            member.layer_height_m = member.layer_height_m if member.takes_part else None
+        for member, home_enu_m, layer_height_m in zip(members, homes_enu_m, layers_m, strict=True):
             member.home_enu_m, member.layer_height_m = home_enu_m, layer_height_m
 
     def settle_altitudes(self) -> None:

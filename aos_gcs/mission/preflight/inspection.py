@@ -177,7 +177,7 @@ class Inspector:
             self._starting_again.discard(member.vehicle_id)
 
     def _is_settled(self, member: Member) -> bool:
-        found, wanted_m = self.inspection(member.vehicle_id), self._return_heights.wanted_m(member)
+        found, wanted_m = self.inspection(member.vehicle_id), self._wanted_return_m(member)
         has_return = found.wanted_return_m == wanted_m and (found.has_wanted_return or bool(found.return_problem))
         is_asked = found.planned_fence is not None and found.planned_fence == self._planned_fence(member)
         has_fence = is_asked and (found.has_planned_fence or bool(found.upload_problem))
@@ -194,7 +194,7 @@ class Inspector:
 
     def _is_due(self, member: Member, subject: _Subject) -> bool:
         fence = self._planned_fence(member)
-        return_m = self._return_heights.wanted_m(member)
+        return_m = self._wanted_return_m(member)
         is_new = subject.inspection.planned_fence != fence
         may_upload = self._preflight.upload_fence
         subject.inspection = replace(subject.inspection, planned_fence=fence, may_upload=may_upload)
@@ -210,11 +210,17 @@ class Inspector:
 
     def _planned_fence(self, member: Member) -> Geofence | None:
         limits, frame, home = self._flight().flight.limits, self._context.roster.frame, member.state.home
-        is_to_fly = member.takes_part or member.vehicle_id in self._starting_again
-        if limits is None or frame is None or home is None or not is_to_fly:
+        if limits is None or frame is None or home is None or not self._is_to_fly(member):
             return None
         home_enu_m = frame.to_enu(home) if member.home_enu_m is None else member.home_enu_m
         return vehicle_fence(limits, frame, float(home_enu_m[2]))
+
+    def _wanted_return_m(self, member: Member) -> AboveHomeM | None:
+        return self._return_heights.wanted_m(member) if self._is_to_fly(member) else None
+
+    def _is_to_fly(self, member: Member) -> bool:
+        """Return whether it may be given settings: those that are only proposed for the mission keep theirs."""
+        return member.takes_part or member.vehicle_id in self._starting_again
 
     # --- one vehicle --------------------------------------------------------------------------------------------------
 
