@@ -1,7 +1,8 @@
 """Task study: what an operator does on the page, and how long that takes, by pointer and by keyboard alone.
 
-Three tasks by the operator's guide, in Chromium, with the real station and simulated vehicles as processes of their
-own: from opening the page to the launch, from the alert to the confirmed finding, and from *Done* to the next launch.
+Four tasks by the operator's guide, in Chromium, with the real station and simulated vehicles as processes of their
+own: from opening the page to the launch, from the alert to the confirmed finding, from *Done* to the next launch, and
+from opening the page again, where the browser knows the operator's name, to the launch.
 A mission file gives area and number of vehicles. Needs the built page and Chromium (AOS_GCS_CHROMIUM, or one on the
 PATH).
 
@@ -39,7 +40,7 @@ from tests.fakes.program import Program, running
 
 CHECKOUT = Path(sys.path[0]).resolve()
 IS_FIRST_EDITION = not (CHECKOUT / "web/src/views/prepare/choice.tsx").exists()
-"""Its page has neither vehicles to confirm, nor a way from the alert to the finding, nor another sortie."""
+"""Its page has neither vehicles to confirm, nor a way from the alert to the finding, nor another sortie in place."""
 DEVICES = ("pointer", "keyboard")
 ARGUMENTS = ["--headless", "--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader"]
 VIEW_KEYS = {"prepare": "r", "fly": "f", "decide": "d"}
@@ -55,7 +56,7 @@ MAX_TABS = 80
 STARTED = re.compile("arm|tak|line|scan|converg|found", re.IGNORECASE)
 OVER = re.compile("done|finished", re.IGNORECASE)
 FOUND = re.compile("person|target found", re.IGNORECASE)
-SHOW_FINDING, SHOW_FINDING_KEY = "[data-testid^=show-finding-]", "n"
+SHOW_FINDING_KEY = "n"
 
 
 @dataclass
@@ -67,6 +68,8 @@ class Operator:
     actions: Counter[str] = field(default_factory=Counter)
     acted_s: float = 0.0
     vehicles_s: float = 0.0
+    has_signed_in: bool = False
+    """Whether the browser knows the operator's name."""
     began_s: float = field(default_factory=time.monotonic)
 
     async def click(self, target: str) -> None:
@@ -85,6 +88,18 @@ class Operator:
         else:
             await self._act("holds", 0.0, self.page.keyboard.press("Enter", delay=HELD_MS))
         self.acted_s += HELD_MS / 1000
+
+    async def hold_until(self, target: str, done: Awaitable[None]) -> None:
+        """Hold a button until what it does is done; all of that is the operator's time."""
+        await self._reach(target)
+        await self._act("holds", 0.0)
+        if self.device == "pointer":
+            await self._at(target).hover()
+        before_s = time.monotonic()
+        await (self.page.mouse.down() if self.device == "pointer" else self.page.keyboard.down("Enter"))
+        await done
+        await (self.page.mouse.up() if self.device == "pointer" else self.page.keyboard.up("Enter"))
+        self.acted_s += time.monotonic() - before_s
 
     async def submit(self, button: str) -> None:
         """Send a form with the button, or by Enter in its field."""
@@ -190,27 +205,39 @@ class StudiedStation(Station):
             await program.until_logged("Dashboard for operators", START_TIMEOUT_S)
             yield program
 
+    async def serve_again(self, service: Program, programs: AsyncExitStack) -> Program:
+        """End the service and start it anew."""
+        service.stop(signal.SIGINT)
+        await service.ended(START_TIMEOUT_S)
+        return await programs.enter_async_context(self.serve())
+
 
 async def sign_in(operator: Operator, service: Program) -> None:
-    """Open the operators' address; whose name the browser knows need not type it."""
+    """Open the operators' address; whose name the browser knows need not type it, and now not even confirm it."""
+    is_known = operator.has_signed_in
     await operator.open(service.operator_url)
+    if is_known and not IS_FIRST_EDITION:
+        await expect(operator.page.get_by_test_id("operator")).to_have_text(NAME, timeout=FLIGHT_MS)
+        return
+    operator.has_signed_in = True
     if await operator.page.get_by_test_id("sign-in-name").input_value() == "":
         await operator.type("sign-in-name", NAME)
     await operator.submit("sign-in-ok")
 
 
-async def launch(operator: Operator, *, confirms_vehicles: bool = False) -> None:
+async def launch(operator: Operator) -> None:
     """Prepare and launch."""
     page = operator.page
-    if await page.get_by_test_id("view-prepare").get_attribute("aria-current") is None:
+    if IS_FIRST_EDITION and await page.get_by_test_id("view-prepare").get_attribute("aria-current") is None:
         await operator.show("prepare")
-    if confirms_vehicles:
-        await operator.vehicles(expect(page.get_by_test_id("confirm-vehicles")).to_be_enabled(timeout=FLIGHT_MS))
-        await operator.click("confirm-vehicles")
     await operator.vehicles(expect(page.get_by_test_id("launch")).to_be_enabled(timeout=FLIGHT_MS))
-    await operator.click("launch")
-    await operator.hold("confirm-ok")
-    await expect(page.get_by_test_id("phase")).to_have_text(STARTED, timeout=FLIGHT_MS)
+    has_started = expect(page.get_by_test_id("phase")).to_have_text(STARTED, timeout=FLIGHT_MS)
+    if IS_FIRST_EDITION:
+        await operator.click("launch")
+        await operator.hold("confirm-ok")
+        await has_started
+    else:
+        await operator.hold_until("launch", has_started)
 
 
 async def confirm_finding(operator: Operator) -> None:
@@ -219,18 +246,20 @@ async def confirm_finding(operator: Operator) -> None:
     if IS_FIRST_EDITION:
         await operator.show("decide")
         await operator.click("finding-1")
-    else:
-        await (operator.click(SHOW_FINDING) if operator.device == "pointer" else operator.press(SHOW_FINDING_KEY))
-    picture = page.get_by_test_id("finding-detail").locator("img").first
+    elif operator.device == "keyboard":
+        await operator.press(SHOW_FINDING_KEY)
+    is_on_map = operator.device == "pointer" and not IS_FIRST_EDITION
+    card, status = ("alerted-finding", "alerted-status") if is_on_map else ("finding-detail", "finding-status")
+    picture = page.get_by_test_id(card).locator("img").first
     await expect(picture).to_have_js_property("complete", value=True, timeout=FLIGHT_MS)
     box = await picture.bounding_box()
     await operator.click("judge-confirmed")
-    await expect(page.get_by_test_id("finding-status")).to_contain_text("confirmed", timeout=FLIGHT_MS)
+    await expect(page.get_by_test_id(status)).to_contain_text("confirmed", timeout=FLIGHT_MS)
     print(f"The picture of the finding is {0 if box is None else box['width']:.0f} pixels wide.")
 
 
 async def come_home(operator: Operator) -> None:
-    """End the sortie, in the view Fly; none of the three tasks."""
+    """End the sortie, in the view Fly; none of the tasks."""
     await operator.show("fly")
     await operator.click("action-return")
     await operator.hold("confirm-ok")
@@ -238,7 +267,7 @@ async def come_home(operator: Operator) -> None:
 
 
 async def study(browser: Browser, device: str, folder: Path) -> None:
-    """Do the three tasks with one device and print what they cost."""
+    """Do the tasks with one device and print what they cost."""
     station = StudiedStation(folder, VEHICLES)
     context = await browser.new_context(viewport={"width": 1280, "height": 800}, reduced_motion="reduce")
     async with AsyncExitStack() as programs:
@@ -246,12 +275,12 @@ async def study(browser: Browser, device: str, folder: Path) -> None:
         service = await programs.enter_async_context(station.serve())
         operator = Operator(await context.new_page(), device)
         await sign_in(operator, service)
-        await launch(operator, confirms_vehicles=not IS_FIRST_EDITION)
+        await launch(operator)
         operator.report("page opened to launch")
 
         await operator.show("fly")
         alert = operator.page.get_by_test_id("alert-bar").filter(has_text=FOUND)
-        shown = alert if IS_FIRST_EDITION else operator.page.locator(SHOW_FINDING).first
+        shown = alert if IS_FIRST_EDITION else operator.page.get_by_test_id("alerted-finding")
         await expect(shown).to_be_visible(timeout=FLIGHT_MS)
         operator.begin()
         await confirm_finding(operator)
@@ -261,15 +290,20 @@ async def study(browser: Browser, device: str, folder: Path) -> None:
         operator.begin()
         if IS_FIRST_EDITION:
             await operator.press_elsewhere(4)  # to the terminal, Ctrl-C, the last command again, Enter
-            service.stop(signal.SIGINT)
-            await service.ended(START_TIMEOUT_S)
-            service = await programs.enter_async_context(station.serve())
+            service = await station.serve_again(service, programs)
             await sign_in(operator, service)
         else:
             await operator.click("action-new_sortie")
             await expect(operator.page.get_by_test_id("phase")).not_to_have_text(OVER, timeout=FLIGHT_MS)
         await launch(operator)
         operator.report("Done to the next launch")
+
+        await come_home(operator)
+        service = await station.serve_again(service, programs)
+        operator.begin()
+        await sign_in(operator, service)
+        await launch(operator)
+        operator.report("page opened again to launch")
     await context.close()
 
 

@@ -45,6 +45,7 @@ async def hold(page: Page, button: str, has_worked: Awaitable[None]) -> None:
 
 async def start_mission(page: Page) -> None:
     """Start from the view Fly and wait until the vehicles have taken off."""
+    await page.get_by_test_id("view-fly").click()
     await page.get_by_test_id("action-start").click()
     await confirm(page)
     await expect(page.get_by_test_id("phase")).to_have_text(re.compile("Forming line|Scanning|Converging|Found"))

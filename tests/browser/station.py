@@ -12,7 +12,7 @@ from pathlib import Path
 from playwright.async_api import Page, expect
 
 from tests.browser.conftest import OPERATOR_CODE
-from tests.browser.pages import confirm, sign_in
+from tests.browser.pages import confirm, hold, sign_in
 from tests.fakes.program import Program, running
 from tests.timing import scaled_s
 
@@ -155,9 +155,13 @@ async def launch(page: Page, button: str) -> None:
     A busy machine may delay a packet until a check fails for a moment, just then: the page says so.
     """
     while True:
-        await page.get_by_test_id(button).click(timeout=FLIGHT_MS)
-        await confirm(page)
         answered = page.get_by_test_id("phase").filter(has_text=STARTED).or_(page.get_by_test_id("results-error"))
+        if button == "launch":
+            await expect(page.get_by_test_id(button)).to_be_enabled(timeout=FLIGHT_MS)
+            await hold(page, button, expect(answered).to_be_visible(timeout=FLIGHT_MS))
+        else:
+            await page.get_by_test_id(button).click(timeout=FLIGHT_MS)
+            await confirm(page)
         await expect(answered).to_be_visible(timeout=FLIGHT_MS)
         if await page.get_by_test_id("phase").filter(has_text=STARTED).count() == 1:
             return

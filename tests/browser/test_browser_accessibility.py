@@ -127,10 +127,8 @@ async def test_a_mission_is_launched_by_keyboard_alone(page: Page, service) -> N
         await page.keyboard.press("Tab")
         if await page.evaluate("document.activeElement.dataset.testid") == "launch":
             break
-    await page.keyboard.press("Enter")
-    await expect(page.get_by_test_id("confirm-cancel")).to_be_focused()
-    await page.keyboard.press("Tab")
-    await expect(page.get_by_test_id("confirm-ok")).to_be_focused()
+    await page.keyboard.press("Enter")  # too short
+    assert service.mission.actions == []
     await page.keyboard.down("Enter")
     await expect(page.get_by_test_id("phase")).not_to_have_text("Ready")
     await page.keyboard.up("Enter")

@@ -272,6 +272,7 @@ async def test_a_sign_in_is_sent_although_the_role_arrives_while_its_button_is_p
 async def test_an_operator_can_command_although_answers_of_the_station_are_lost(page, guarded_service) -> None:
     await page.goto(f"{guarded_service.url}#code={OPERATOR_CODE}")
     await sign_in(page, "Ada")
+    await page.get_by_test_id("view-fly").click()
     await expect(page.get_by_test_id("action-hold")).to_be_visible()
     losses = 4
 

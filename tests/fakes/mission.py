@@ -28,13 +28,13 @@ from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.steps import FocusSnapshot, FocusSource, Picture, PictureKind, StepRecord
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.phases import check_action
-from aos_gcs.mission.preflight.checks import failed, passed
 from aos_gcs.mission.proposals import Proposals
 from aos_gcs.mission.search.findings import Findings
 from aos_gcs.planning.plan import MissionPlan, apply_plan
 from aos_gcs.planning.settings import MissionSettings, TerrainSettings
 from aos_gcs.ports import Clock, FlightMode, Severity
 from tests.fakes.pictures import paint
+from tests.fakes.scripted_checks import PROPOSED, scripted_checks
 from tests.fakes.scripted_vehicle import ORIGIN, SILENT_ID, TARGET_ENU_M, ScriptedVehicle
 
 AREA_ENU_M = ((-60.0, -20.0), (60.0, -20.0), (60.0, 110.0), (-60.0, 110.0))
@@ -85,6 +85,7 @@ class ScriptedMission:
         """Operator who requested the action at the same index."""
         self.phase = Phase.READY
         self.suspension = Suspension.NONE
+        self.warning = ""  # text of a check that warns
         self.focus = FocusSnapshot(0.0, FocusSource.CONFIGURED, None)
         self.elapsed_s = 0.0
         self._started_utc_s: float | None = None
@@ -131,7 +132,7 @@ class ScriptedMission:
             min_separation_m=5.21 if self._steps else None,
             focus=self.focus,
             findings=self.findings.all(),
-            planned_vehicles=len(self._chosen),
+            planned_vehicles=len(self._chosen) or PROPOSED,
             acknowledgements=self.acknowledgements.all(),
             command_count=self.order.count,
             sharing=self.sharing,
@@ -246,6 +247,16 @@ class ScriptedMission:
         return self.stream.subscribe()
 
     # --- the script
+
+    def forget_vehicles(self) -> None:
+        """Have operators confirm the vehicles that fly; preflight passes when ``pass_preflight`` is called."""
+        self._chosen, self.phase = frozenset(), Phase.PREFLIGHT
+        self._publish_snapshot()
+
+    def pass_preflight(self, *, warning: str = "") -> None:
+        """Let the checks pass, one of the first vehicle with a warning where one is given."""
+        self.warning, self.phase = warning, Phase.READY
+        self._publish_snapshot()
 
     def notify(self, severity: Severity, text: str, vehicle_id: int | None = None, track_id: int | None = None) -> None:
         """Publish a notice."""
@@ -369,14 +380,8 @@ class ScriptedMission:
         )
 
     def _preflight(self) -> tuple[PreflightCheck, ...]:
-        names = ("link", "position", "battery", "home", "camera")
-        checks = [
-            failed(vehicle.vehicle_id, name, "never heard", "check its power and radio")
-            if vehicle.vehicle_id == SILENT_ID
-            else passed(vehicle.vehicle_id, name, "within limits")
-            for vehicle in self._vehicles
-            for name in names
-        ]
+        ids = [vehicle.vehicle_id for vehicle in self._vehicles]
+        checks = scripted_checks(ids, is_confirmed=bool(self._chosen), warning=self.warning)
         return tuple(replace(check, overridden=self.overrides.get((check.vehicle_id, check.name))) for check in checks)
 
     def _publish_pictures(self, number: int, visibility_m2: float) -> None:

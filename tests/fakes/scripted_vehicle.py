@@ -12,6 +12,7 @@ from aos_gcs.geometry.geodesy import EnuPoint, GeodeticPosition, LocalFrame
 from aos_gcs.mission.model.actions import Action, ActionResult
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.vehicles import CameraSnapshot, Task, VehicleSnapshot
+from aos_gcs.mission.phases import BEFORE_START
 from aos_gcs.ports import FlightMode, LandedState, LinkQuality, VehicleState
 
 TARGET_ENU_M = (18.0, 72.0, 0.0)
@@ -119,7 +120,7 @@ class ScriptedVehicle:
             autopilot="arducopter" if self.vehicle_id % 2 else "px4",
             mode=self.mode,
             mode_name=self.mode.upper(),
-            armed=phase not in {Phase.READY, Phase.DONE},
+            armed=phase not in BEFORE_START | {Phase.DONE},
             landed=LandedState.IN_AIR if flying else LandedState.ON_GROUND,
             ready_to_arm=True,
             position=position,

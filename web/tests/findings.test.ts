@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 import { likelihood } from "../src/format";
-import { alertedFinding } from "../src/state/findings";
+import { alertedFinding, undecidedAlerted } from "../src/state/findings";
 import { notations } from "../src/views/decide/findings";
 import { ellipseText, evidenceText, listed, reported, sightingsText, statusText } from "../src/views/decide/findings";
 import { findingsLayer } from "../src/views/decide/findings_layer";
@@ -110,4 +110,16 @@ test("the first alert that is about a finding leads to it", () => {
   expect(found(null, 8, 7)).toBe(2);
   expect(found(9)).toBe(1);
   expect(found(null, 4)).toBeUndefined();
+});
+
+test("the map shows the first alerted finding that is neither decided nor closed", () => {
+  const findings = [
+    finding(1, { track_id: 7, status: "confirmed" }),
+    finding(2, { track_id: 8 }),
+    finding(3, { track_id: 9 }),
+  ];
+  const alerts = [null, 7, 8, 9].map((trackId) => ({ trackId }));
+  expect(undecidedAlerted(alerts, findings, new Set())?.finding_id).toBe(2);
+  expect(undecidedAlerted(alerts, findings, new Set([2]))?.finding_id).toBe(3);
+  expect(undecidedAlerted(alerts, findings, new Set([2, 3]))).toBeNull();
 });

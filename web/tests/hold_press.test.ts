@@ -62,6 +62,20 @@ test("a pointer that leaves the place of the button ends the press", () => {
   expect(confirmed).toBe(0);
 });
 
+test("a press that is held on confirms once and says when it is let go", () => {
+  let letGo = 0;
+  press = new HoldPress({ onPressed: () => undefined, onConfirm: () => (confirmed += 1), onLetGo: () => (letGo += 1) });
+  begin();
+  vi.advanceTimersByTime(CONFIRM_AFTER_MS);
+  press.begin({ timeStamp: 900 }); // a key that repeats
+  press.move({ clientX: 50, clientY: 20 });
+  vi.advanceTimersByTime(10 * CONFIRM_AFTER_MS);
+  expect([confirmed, letGo]).toEqual([1, 0]);
+  press.move({ clientX: 50, clientY: 41 });
+  press.release({ timeStamp: 20 * CONFIRM_AFTER_MS });
+  expect([confirmed, letGo]).toEqual([1, 1]);
+});
+
 test("a lost pointer ends the press", () => {
   begin();
   press.end();

@@ -1,7 +1,14 @@
 import { expect, test } from "vitest";
 import type { PreflightCheck } from "../src/api/types";
-import { areChecksRows, blockersOf, matrixOf, subjectOf, cellStatusOf } from "../src/views/prepare/checks";
-import { confirmedIds, proposedIds } from "../src/views/prepare/vehicles";
+import {
+  areChecksRows,
+  blockersOf,
+  cellStatusOf,
+  matrixOf,
+  subjectOf,
+  withoutConfirmation,
+} from "../src/views/prepare/checks";
+import { confirmedIds, isProposal, proposedIds } from "../src/views/prepare/vehicles";
 
 const check = (vehicle_id: number, name: string, changes: Partial<PreflightCheck> = {}): PreflightCheck => ({
   vehicle_id,
@@ -61,6 +68,28 @@ test("vehicles confirmed already are the proposal", () => {
   const vehicles = [heard(7, { takes_part: true }), heard(2), heard(4, { takes_part: true })];
   expect(confirmedIds(vehicles)).toEqual([4, 7]);
   expect(proposedIds(vehicles, 3)).toEqual([4, 7]);
+});
+
+test("what only waits for the confirmation of the vehicles, or concerns others, is left out before it", () => {
+  const checks = [
+    check(0, "vehicles", { blocks: true }),
+    check(0, "area", { blocks: true }),
+    check(1, "geofence", { blocks: true }),
+    check(2, "battery", { blocks: true }),
+    check(3, "battery", { blocks: true }),
+  ];
+  expect(withoutConfirmation(checks, [1, 2]).map(({ vehicle_id: id, name }) => `${id} ${name}`)).toEqual([
+    "0 area",
+    "2 battery",
+  ]);
+});
+
+test("a launch may confirm as many vehicles as planned, and no other number", () => {
+  const mission = { planned_vehicles: 2, phase: "preflight" as const, vehicles: [heard(1), heard(2), heard(3)] };
+  expect(isProposal(mission, [1, 2])).toBe(true);
+  expect(isProposal(mission, [1, 2, 3])).toBe(false);
+  expect(isProposal({ ...mission, phase: "connect" }, [1, 2])).toBe(false);
+  expect(isProposal({ ...mission, vehicles: [1, 2].map((id) => heard(id, { takes_part: true })) }, [1, 2])).toBe(false);
 });
 
 test("checks are rows where they would be cut as columns and vehicles would not", () => {

@@ -6,6 +6,7 @@ import { useOffline } from "../offline/use_offline";
 import { ReplayBar } from "../replay/bar";
 import { alertedFinding } from "../state/findings";
 import { isSilent } from "../state/freshness";
+import { BEFORE_START } from "../state/commands";
 import { may } from "../state/roles";
 import { NO_SELECTION, retain, select, typeDigit } from "../state/selection";
 import type { Store } from "../state/store";
@@ -24,7 +25,7 @@ import { useKeys, useRoute, useStoreState } from "./hooks";
 import type { KeyCommand } from "./keys";
 import { Nav } from "./nav";
 import { Question } from "./question";
-import { isViewOfSurveys, routeHash } from "./route";
+import { isViewOfSurveys, openUnnamed, routeHash } from "./route";
 import { Settings } from "./settings";
 import { SignIn } from "./sign_in";
 import { Toast } from "./toast";
@@ -44,7 +45,14 @@ export function App({ store, stream }: { store: Store; stream: HoldStream }) {
   const [units, setUnits] = useState(storedUnits);
   chooseUnits(units);
   const [language, setLanguage] = useState(chosenLanguage);
-  const [isSigningIn, setSigningIn] = useState(access.code !== "" || access.invitation !== "");
+  const [isSigningIn, setSigningIn] = useState(
+    (access.code !== "" && access.lastName === "") || access.invitation !== "",
+  );
+  useEffect(() => {
+    // Who has used this screen last opens the address of operators: their name is known, and shown.
+    if (access.code === "" || access.lastName === "") return;
+    void access.signIn(access.code, access.lastName).then((refusal) => refusal !== null && setSigningIn(true));
+  }, []);
   const [areSettingsOpen, setSettingsOpen] = useState(false);
   const [selection, changeSelection] = useState(NO_SELECTION);
   const { mission, connection } = state;
@@ -62,6 +70,7 @@ export function App({ store, stream }: { store: Store; stream: HoldStream }) {
     stream,
     onForbidden: access.refresh,
     onNewSortie: () => enter("prepare"),
+    onLaunched: () => route.view === "prepare" && enter("fly"),
   });
   const fleet = mission?.vehicles.map((vehicle) => vehicle.vehicle_id) ?? [];
   useEffect(() => changeSelection((before) => retain(before, fleet)), [fleet.join()]);
@@ -72,6 +81,11 @@ export function App({ store, stream }: { store: Store; stream: HoldStream }) {
   const isReplay = mission !== null && mission.replay !== null;
   const isSurvey = state.capabilities.survey;
   const mayCommand = may(role, "operator") && !isReplay && !isSurvey;
+  useEffect(() => {
+    // Before the launch an operator who has opened no view in particular prepares it.
+    if (isOperator && mission !== null && !isReplay && !isSurvey && BEFORE_START.has(mission.phase))
+      openUnnamed("prepare");
+  }, [isOperator, mission === null]);
   // Ages in a recording are those of its own time, even while it is paused.
   const snapshotAge_s = isReplay ? 0 : (performance.now() - state.missionAtMs) / 1000;
   const isMissionSilent = connection === "open" && isSilent(mission, snapshotAge_s);
@@ -82,6 +96,8 @@ export function App({ store, stream }: { store: Store; stream: HoldStream }) {
     isConnected: connection === "open",
     isOperator,
     mayCommand,
+    operator: access.session?.name ?? "",
+    alerts,
     mayJudge: may(role, "analyst") && !isReplay && state.capabilities.findings,
     mayMakeVideos: may(role, "analyst") && state.capabilities.video,
     isSurvey,

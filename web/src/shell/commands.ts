@@ -32,6 +32,8 @@ export interface Commands {
   ask(command: Command): void;
   confirm(): void;
   cancel(): void;
+  /** Launch; the operator has confirmed that already. */
+  launch(): void;
   /** Hold all vehicles, whatever is selected, open or in progress. */
   holdAll(): void;
   dismissReports(): void;
@@ -49,9 +51,12 @@ interface Page {
   onForbidden(): void;
   /** Called when the station prepares another sortie for this page. */
   onNewSortie(): void;
+  /** Called when the mission has been launched from this page. */
+  onLaunched(): void;
 }
 
-export function useCommands({ mission, selection, isConnected, stream, onForbidden, onNewSortie }: Page): Commands {
+export function useCommands(page: Page): Commands {
+  const { mission, selection, isConnected, stream, onForbidden, onNewSortie, onLaunched } = page;
   const [question, setQuestion] = useState<Command | null>(null);
   const [reports, setReports] = useState<readonly Report[]>([]);
   const nextId = useRef(1);
@@ -77,6 +82,7 @@ export function useCommands({ mission, selection, isConnected, stream, onForbidd
     if (!answer.ok && answer.status === FORBIDDEN) onForbidden();
     change({ answer });
     if (answer.ok && command.action === "new_sortie") onNewSortie();
+    if (answer.ok && command.action === "start") onLaunched();
   };
   return {
     reports,
@@ -92,6 +98,7 @@ export function useCommands({ mission, selection, isConnected, stream, onForbidd
       if (question !== null) void send(question);
     },
     cancel: () => setQuestion(null),
+    launch: () => void send(makeCommand("start", mission, new Set())),
     holdAll() {
       setQuestion(null);
       void send(makeCommand("hold", mission, new Set()));

@@ -2,6 +2,7 @@
 import { createContext } from "preact";
 import { useContext } from "preact/hooks";
 import type { Notation } from "../coordinates";
+import type { Alert } from "../state/alerts";
 import type { Selection } from "../state/selection";
 import type { State } from "../state/state";
 import type { Theme } from "../theme";
@@ -16,6 +17,10 @@ export interface Shell {
   readonly isOperator: boolean;
   /** Whether this page may command: no observer, no recording, no survey. Otherwise views hide all commands. */
   readonly mayCommand: boolean;
+  /** Name that actions of this page are recorded with; empty while nobody has signed in. */
+  readonly operator: string;
+  /** Alerts that nobody has acknowledged, the most severe first. */
+  readonly alerts: readonly Alert[];
   /** Whether this page may mark and judge findings. */
   readonly mayJudge: boolean;
   /** Whether this page may have videos of the wall made, also of a recording. */

@@ -1,4 +1,4 @@
-/** Current view and its parameters, kept in the hash of the URL. Pure functions. */
+/** Current view and its parameters, kept in the hash of the URL. */
 
 export const VIEW_NAMES = ["plan", "prepare", "fly", "see", "wall", "understand", "decide"] as const;
 export type ViewName = (typeof VIEW_NAMES)[number];
@@ -20,6 +20,11 @@ export function parseRoute(hash: string): Route {
   const [path = "", query = ""] = hash.slice(PREFIX.length).split("?", 2);
   if (!hash.startsWith(PREFIX) || !isViewName(path)) return { view: DEFAULT_VIEW, params: {} };
   return { view: path, params: Object.fromEntries(new URLSearchParams(query)) };
+}
+
+/** Open a view where the address names none, in place of the default one. */
+export function openUnnamed(view: ViewName): void {
+  if (!location.hash.startsWith(PREFIX)) location.replace(routeHash(view));
 }
 
 /** Whether a view has something to show without vehicles. */

@@ -1,6 +1,6 @@
 /** Available actions with their scope and labels, and whether they need confirmation. */
-import type { Action, Mission } from "../api/types";
-import { quantity } from "../format";
+import type { Action, Mission, Phase } from "../api/types";
+import { quantity, ranges } from "../format";
 import { texts } from "../texts";
 import { isGrounded } from "./attention";
 
@@ -12,6 +12,9 @@ const OF_FLYING: ReadonlySet<Action> = new Set<Action>(["pause", "resume", "retu
 const DANGEROUS: ReadonlySet<Action> = new Set<Action>(["start", "join", "ready", "return", "land", "abort"]);
 /** Actions that vehicles have to be named for: people stand beside them. */
 const OF_NAMED: ReadonlySet<Action> = new Set<Action>(["ready", "not_ready"]);
+
+/** Phases in which the plan, and the vehicles that fly, can still be changed. */
+export const BEFORE_START: ReadonlySet<Phase> = new Set<Phase>(["connect", "preflight", "ready"]);
 
 export const needsConfirmation = (action: Action): boolean => DANGEROUS.has(action);
 
@@ -45,11 +48,16 @@ export function targets(action: Action, selected: ReadonlySet<number>): readonly
 }
 
 function scope(action: Action, vehicleIds: readonly number[] | null, mission: Mission | null): string {
+  if (action === "start" && mission !== null) return texts.scope.vehicles(ranges(launching(mission)));
   if (MISSION_WIDE.has(action)) return texts.scope.mission;
   if (action === "join" && vehicleIds === null) return texts.scope.waiting;
   const fleet = mission?.vehicles.length ?? 0;
   return vehicleIds === null ? texts.scope.all(fleet) : texts.scope.some(vehicleIds, fleet);
 }
+
+/** Ids of the vehicles that a launch starts. */
+const launching = ({ vehicles }: Mission): number[] =>
+  vehicles.filter((one) => one.takes_part).map((one) => one.vehicle_id);
 
 /** Whether an action is available now; the station decides. */
 export function isOffered(action: Action, mission: Mission | null, selected: ReadonlySet<number>): boolean {

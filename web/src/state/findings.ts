@@ -9,6 +9,16 @@ export function findingOfTrack(findings: readonly Finding[], trackId: number | n
   return findings.find(({ finding_id }) => finding_id === found?.merged_into) ?? found ?? null;
 }
 
+/** Finding of the first alert about one that nobody has decided on, but for those that were closed; null without. */
+export function undecidedAlerted(
+  alerts: readonly Pick<Alert, "trackId">[],
+  findings: readonly Finding[],
+  closed: ReadonlySet<number>,
+): Finding | null {
+  const found = alerts.map(({ trackId }) => findingOfTrack(findings, trackId));
+  return found.find((one) => one?.status === "new" && !closed.has(one.finding_id)) ?? null;
+}
+
 /** Finding of the first alert that is about one; null without. */
 export function alertedFinding(
   alerts: readonly Pick<Alert, "trackId">[],

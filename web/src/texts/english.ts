@@ -137,6 +137,7 @@ export const english = {
     clear: "Clear selection",
     mission: "the mission",
     waiting: "all of the mission on the ground",
+    vehicles: (ids: string) => `vehicles ${ids}`,
     all: (count: number) => `all ${count}`,
     some: (ids: readonly number[], count: number) => `${ids.length} of ${count}: ${ids.join(", ")}`,
   },
@@ -310,6 +311,17 @@ export const english = {
     unconfirmed: "Not confirmed yet. Only confirmed vehicles are armed.",
     confirm: (count: number) => `Confirm ${count} vehicles`,
     launch: "Launch",
+    holdTo: (ids: string) => (ids === "" ? "Launch" : `Hold to launch ${ids}`),
+    holdToConfirm: (ids: string) => `Hold to confirm and launch ${ids}`,
+    keepHolding: "Keep holding: the checks run …",
+    flies: (ids: string, name: string) => `Vehicles ${ids} take off.${name === "" ? "" : ` Recorded as ${name}.`}`,
+    checkedFirst: "They are confirmed and checked first. Let go to stop.",
+    newWarnings: "The vehicles are confirmed, not launched: read the new warnings, then hold to launch.",
+    checksLast: "The vehicles are confirmed, not launched: their checks have not passed yet.",
+    toConfirm: (warnings: number) => {
+      if (warnings === 0) return "Confirm the vehicles";
+      return warnings === 1 ? "Confirm the vehicles, 1 warning" : `Confirm the vehicles, ${warnings} warnings`;
+    },
     blockers: "Blocking issues",
     noBlockers: (warnings: number) => {
       if (warnings === 0) return "Ready to launch";

@@ -18,10 +18,14 @@ interface Box {
 interface PressEvents {
   onPressed(isPressed: boolean): void;
   onConfirm(): void;
+  /** The button is no longer held after it has confirmed. */
+  onLetGo?(): void;
 }
 
 export class HoldPress {
   private press: { readonly atMs: number; readonly timer: ReturnType<typeof setTimeout> } | null = null;
+  /** Whether it has confirmed and the button is still held. */
+  private isHeldOn = false;
   /** Box of the button at the beginning of a press by pointer; null for a press by key. */
   private box: Box | null = null;
 
@@ -35,7 +39,7 @@ export class HoldPress {
     element: PressedElement,
     { pointerId, timeStamp }: Pick<PointerEvent, "pointerId" | "timeStamp">,
   ): void {
-    if (this.press !== null) return;
+    if (this.press !== null || this.isHeldOn) return;
     element.setPointerCapture(pointerId);
     this.box = element.getBoundingClientRect();
     this.begin({ timeStamp });
@@ -43,7 +47,7 @@ export class HoldPress {
 
   /** Begin a press by key; a key that repeats goes on with the press. */
   begin({ timeStamp }: Pick<Event, "timeStamp">): void {
-    if (this.press !== null) return;
+    if (this.press !== null || this.isHeldOn) return;
     this.press = { atMs: timeStamp, timer: setTimeout(() => this.confirm(), CONFIRM_AFTER_MS) };
     this.events.onPressed(true);
   }
@@ -58,20 +62,28 @@ export class HoldPress {
   release({ timeStamp }: Pick<Event, "timeStamp">): void {
     // A busy page may receive the release before its own timer: the time of the events counts.
     if (this.press !== null && timeStamp - this.press.atMs >= CONFIRM_AFTER_MS) this.confirm();
-    else this.end();
+    this.end();
   }
 
-  /** End the press without confirming. */
+  /** End the press: without confirming, unless it has lasted long enough already. */
   end(): void {
-    if (this.press === null) return;
-    clearTimeout(this.press.timer);
-    this.press = null;
     this.box = null;
-    this.events.onPressed(false);
+    this.stop();
+    if (!this.isHeldOn) return;
+    this.isHeldOn = false;
+    this.events.onLetGo?.();
   }
 
   private confirm(): void {
-    this.end();
+    this.stop();
+    this.isHeldOn = true;
     this.events.onConfirm();
+  }
+
+  private stop(): void {
+    if (this.press === null) return;
+    clearTimeout(this.press.timer);
+    this.press = null;
+    this.events.onPressed(false);
   }
 }

@@ -128,6 +128,7 @@ const texts: Texts = {
     clear: "Auswahl aufheben",
     mission: "die Mission",
     waiting: "alle der Mission am Boden",
+    vehicles: (ids) => `Drohnen ${ids}`,
     all: (count) => `alle ${count}`,
     some: (ids, count) => `${ids.length} von ${count}: ${ids.join(", ")}`,
   },
@@ -311,6 +312,17 @@ const texts: Texts = {
     unconfirmed: "Noch nicht bestätigt. Nur bestätigte Drohnen starten.",
     confirm: (count) => `${plural(count, "Drohne", "Drohnen")} bestätigen`,
     launch: "Start",
+    holdTo: (ids) => (ids === "" ? "Start" : `Halten, um ${ids} zu starten`),
+    holdToConfirm: (ids) => `Halten: ${ids} bestätigen und starten`,
+    keepHolding: "Weiter halten: Prüfungen laufen …",
+    flies: (ids, name) => `Drohnen ${ids} heben ab.${name === "" ? "" : ` Protokolliert als ${name}.`}`,
+    checkedFirst: "Vorher werden sie bestätigt und geprüft. Loslassen bricht ab.",
+    newWarnings: "Drohnen bestätigt, nicht gestartet: erst die neuen Warnungen lesen, dann zum Start halten.",
+    checksLast: "Drohnen bestätigt, nicht gestartet: Die Prüfungen sind noch nicht bestanden.",
+    toConfirm: (warnings) => {
+      if (warnings === 0) return "Drohnen bestätigen";
+      return `Drohnen bestätigen, ${plural(warnings, "Warnung", "Warnungen")}`;
+    },
     blockers: "Hindernisse",
     noBlockers: (warnings) => {
       if (warnings === 0) return "Startbereit";

@@ -36,13 +36,19 @@ function useChange({
   return [refusal, (changed) => void change(changed)];
 }
 
-export function Decision({ finding }: { finding: Finding }) {
+interface DecisionProps {
+  finding: Finding;
+  /** Whether it is what the view was opened for: then it gets the focus, unless the operator works there already. */
+  takesFocus?: boolean;
+}
+
+export function Decision({ finding, takesFocus = false }: DecisionProps) {
   const { isConnected } = useShell();
   const [refusal, change] = useChange(finding);
   const group = useRef<HTMLDivElement>(null);
-  // Who comes from an alert or by a key decides next; who works in this view keeps the focus.
+  // Who comes from an alert or by a key decides next.
   useEffect(() => {
-    if (!document.activeElement?.closest("main *")) group.current?.focus({ preventScroll: true });
+    if (takesFocus && !document.activeElement?.closest("main *")) group.current?.focus({ preventScroll: true });
   }, []);
   return (
     <div ref={group} class="decision" role="group" tabIndex={-1} aria-label={texts.decide.decision}>

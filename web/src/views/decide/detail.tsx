@@ -52,7 +52,7 @@ export function FindingDetail({ finding, onClose, ...ofReference }: Props) {
         <OtherNotations finding={finding} />
       </div>
       <div class="finding-actions">
-        {mayDecide && finding.merged_into === null && <Decision key={id} finding={finding} />}
+        {mayDecide && finding.merged_into === null && <Decision key={id} finding={finding} takesFocus />}
         <button type="button" data-testid="send-on" onClick={() => setSending(true)}>
           {texts.decide.sendOn}
         </button>

@@ -21,6 +21,7 @@ import { SharingPanel } from "../../panels/sharing";
 import { TargetsPanel } from "../../panels/targets";
 import { useShell } from "../../shell/context";
 import { toggle } from "../../state/selection";
+import { AlertedFinding } from "./alerted";
 import { Controls } from "./controls";
 import { FleetPanel } from "./fleet";
 import "./fly.css";
@@ -53,6 +54,7 @@ export function FlyView() {
         <LayerSwitch layers={layers} choice={choice} onChange={setChoice} />
         <SearchedLegend isShown={!choice.hidden.has(searchedLayer.id)} />
       </MapPanel>
+      <AlertedFinding />
       <div class="side">
         <Controls />
         <VehiclePanel />

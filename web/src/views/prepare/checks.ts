@@ -48,6 +48,17 @@ export interface Blocker {
   readonly key: string;
 }
 
+/** Checks that need to know which vehicles fly: they fail until that is confirmed. */
+const OF_CONFIRMED: ReadonlySet<string> = new Set(["vehicles", "altitude layer", "geofence", "return height"]);
+
+/** Checks that stay when some vehicles are confirmed: without those of others, and those that only wait for that. */
+export const withoutConfirmation = (checks: readonly PreflightCheck[], ids: readonly number[]): PreflightCheck[] =>
+  checks.filter(({ vehicle_id: id, name }) => (id === MISSION_ID || ids.includes(id)) && !OF_CONFIRMED.has(name));
+
+/** Keys of the checks that warn. */
+export const warningsOf = (checks: readonly PreflightCheck[]): ReadonlySet<string> =>
+  new Set(checks.filter(({ status }) => status === "warn").map(keyOf));
+
 /** Checks that block the launch; vehicles with the same issue share an entry. */
 export function blockersOf(checks: readonly PreflightCheck[]): Blocker[] {
   const blockers: Blocker[] = [];

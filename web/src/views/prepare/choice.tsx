@@ -6,29 +6,31 @@ import { useShell } from "../../shell/context";
 import { isOffered } from "../../state/commands";
 import { texts } from "../../texts";
 import { Panel } from "../../ui/panel";
-import { ascending, confirmedIds, isSame, proposedIds } from "./vehicles";
+import { ascending, confirmedIds, isSame } from "./vehicles";
 
-/** Smallest number of vehicles of a mission. */
-const MIN_VEHICLES = 2;
+interface Props {
+  /** Vehicles that are proposed, or what an operator has made of that. */
+  chosen: readonly number[];
+  onChange(chosen: readonly number[]): void;
+  /** The station has taken over what was chosen. */
+  onConfirmed(chosen: readonly number[]): void;
+}
 
-export function VehicleChoice() {
+export function VehicleChoice({ chosen, onChange, onConfirmed }: Props) {
   const { state, isConnected, mayCommand } = useShell();
   const { mission } = state;
-  const [edited, setEdited] = useState<readonly number[] | null>(null);
   const [refusal, setRefusal] = useState<string | null>(null);
   if (mission === null || mission.vehicles.length === 0) return null;
   const confirmed = confirmedIds(mission.vehicles);
-  const chosen = edited ?? proposedIds(mission.vehicles, mission.planned_vehicles);
   const isOpen = mayCommand && isConnected && isOffered("choose", mission, new Set());
-  const isNew = chosen.length >= MIN_VEHICLES && !isSame(chosen, confirmed);
+  const isNew = chosen.length > 0 && !isSame(chosen, confirmed);
   const confirm = async (): Promise<void> => {
     const answer = await postAction({ action: "choose", vehicleIds: chosen });
     setRefusal(answer.ok ? null : answer.message);
-    // What has been chosen while the station answered stays chosen.
-    if (answer.ok) setEdited((now) => (now === edited ? null : now));
+    if (answer.ok) onConfirmed(chosen);
   };
   const toggle = (id: number, isChosen: boolean): void =>
-    setEdited(ascending(isChosen ? [...chosen, id] : chosen.filter((one) => one !== id)));
+    onChange(ascending(isChosen ? [...chosen, id] : chosen.filter((one) => one !== id)));
   return (
     <Panel title={texts.prepare.fleet} testId="vehicle-choice" class="vehicle-choice">
       <p data-testid="vehicles-confirmed" class={confirmed.length === 0 ? "is-bad" : undefined}>

@@ -9,11 +9,18 @@ import { CheckDetail } from "./detail";
 import { LaunchPanel } from "./launch";
 import { PreflightMatrix } from "./matrix";
 import "./prepare.css";
+import { isSame, proposedIds } from "./vehicles";
 
 export function PrepareView() {
   const { state } = useShell();
+  const { mission } = state;
   const [chosen, setChosen] = useState<string | null>(null);
-  const checks = state.mission?.preflight ?? [];
+  const [edited, setEdited] = useState<readonly number[] | null>(null);
+  const checks = mission?.preflight ?? [];
+  const vehicles = edited ?? proposedIds(mission?.vehicles ?? [], mission?.planned_vehicles ?? 0);
+  // What has been chosen while the station answered stays chosen.
+  const forget = (confirmed: readonly number[]): void =>
+    setEdited((now) => (now === null || isSame(now, confirmed) ? null : now));
   return (
     <>
       <Panel title={texts.prepare.panel} testId="preflight" class="preflight">
@@ -25,8 +32,8 @@ export function PrepareView() {
       </Panel>
       <div class="side">
         <CheckDetail check={checks.find((check) => keyOf(check) === chosen)} />
-        <VehicleChoice />
-        <LaunchPanel checks={checks} onChoose={setChosen} />
+        <VehicleChoice chosen={vehicles} onChange={setEdited} onConfirmed={forget} />
+        <LaunchPanel checks={checks} vehicles={vehicles} onChoose={setChosen} onConfirmed={forget} />
       </div>
     </>
   );

@@ -1,24 +1,30 @@
-/** Blocking issues, and the launch button. */
-import type { Phase, PreflightCheck } from "../../api/types";
+/** Blocking issues, and the launch. */
+import type { PreflightCheck } from "../../api/types";
 import { useShell } from "../../shell/context";
-import { isOffered } from "../../state/commands";
+import { BEFORE_START, isOffered } from "../../state/commands";
 import { said, texts } from "../../texts";
 import { Panel } from "../../ui/panel";
-import { blockersOf, nameOf, subjectOf } from "./checks";
-
-const BEFORE_START: ReadonlySet<Phase> = new Set<Phase>(["connect", "preflight", "ready"]);
+import { blockersOf, nameOf, subjectOf, warningsOf, withoutConfirmation } from "./checks";
+import { LaunchHold } from "./launch_hold";
+import { isProposal } from "./vehicles";
 
 interface Props {
   checks: readonly PreflightCheck[];
+  /** Vehicles that are to fly. */
+  vehicles: readonly number[];
   onChoose(key: string): void;
+  /** The station has taken over the vehicles. */
+  onConfirmed(vehicles: readonly number[]): void;
 }
 
-export function LaunchPanel({ checks, onChoose }: Props) {
+export function LaunchPanel({ checks, vehicles, onChoose, onConfirmed }: Props) {
   const { state, isConnected, mayCommand, commands } = useShell();
   const { mission } = state;
-  const blockers = blockersOf(checks);
-  const warnings = checks.filter(({ status }) => status === "warn").length;
-  const isAllowed = isConnected && isOffered("start", mission, new Set());
+  // What only waits for the confirmation is no issue: the button below confirms, too.
+  const isProposed = mayCommand && mission !== null && isProposal(mission, vehicles);
+  const shown = isProposed ? withoutConfirmation(checks, vehicles) : checks;
+  const blockers = blockersOf(shown);
+  const warnings = warningsOf(shown).size;
   if (mission !== null && !BEFORE_START.has(mission.phase)) {
     const isOver = mission.phase === "done";
     return (
@@ -44,7 +50,11 @@ export function LaunchPanel({ checks, onChoose }: Props) {
         <h3>{texts.prepare.blockers}</h3>
         <ul data-testid="preflight-problems" aria-live="polite">
           {checks.length === 0 && <li>{texts.prepare.none}</li>}
-          {checks.length > 0 && blockers.length === 0 && <li class="is-done">{texts.prepare.noBlockers(warnings)}</li>}
+          {checks.length > 0 && blockers.length === 0 && (
+            <li class="is-done">
+              {isProposed ? texts.prepare.toConfirm(warnings) : texts.prepare.noBlockers(warnings)}
+            </li>
+          )}
           {blockers.map(({ key, ids, name, text }) => (
             <li key={key}>
               <button type="button" class="link" onClick={() => onChoose(key)}>
@@ -57,17 +67,8 @@ export function LaunchPanel({ checks, onChoose }: Props) {
           ))}
         </ul>
       </div>
-      {mayCommand && (
-        <button
-          type="button"
-          class="action action-start launch-button"
-          data-testid="launch"
-          disabled={!isAllowed}
-          title={isAllowed ? undefined : texts.unavailable}
-          onClick={() => commands.request("start")}
-        >
-          {texts.prepare.launch}
-        </button>
+      {mayCommand && mission !== null && (
+        <LaunchHold mission={mission} checks={checks} vehicles={vehicles} onConfirmed={onConfirmed} />
       )}
     </Panel>
   );

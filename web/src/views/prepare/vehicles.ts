@@ -1,5 +1,5 @@
 /** Choice of the vehicles that fly. Pure functions. */
-import type { Vehicle } from "../../api/types";
+import type { Mission, Vehicle } from "../../api/types";
 
 type Candidate = Pick<Vehicle, "vehicle_id" | "takes_part" | "armed">;
 
@@ -14,6 +14,18 @@ export function proposedIds(vehicles: readonly Candidate[], planned: number): nu
   const waiting = vehicles.filter((vehicle) => vehicle.armed !== true).map((vehicle) => vehicle.vehicle_id);
   return ascending(waiting).slice(0, planned);
 }
+
+/** Whether as many vehicles as planned wait for their confirmation; another number is another plan. */
+export const isProposal = (
+  {
+    vehicles,
+    planned_vehicles,
+    phase,
+  }: Pick<Mission, "planned_vehicles" | "phase"> & {
+    readonly vehicles: readonly Candidate[];
+  },
+  chosen: readonly number[],
+): boolean => phase !== "connect" && chosen.length === planned_vehicles && !isSame(chosen, confirmedIds(vehicles));
 
 export const isSame = (one: readonly number[], other: readonly number[]): boolean =>
   one.length === other.length && one.every((id, index) => id === other[index]);
