@@ -26,6 +26,36 @@ _SPEAKING: Final = {
     "PlanProblem": ((1, "\0"),),
 }
 """Position of the text among the arguments, and what is said of it, by what is called."""
+_ERRORS: Final = dict.fromkeys(("ConfigurationError", "ImagingError", "InputDataError", "ParameterError"), ((0, "\0"),))
+_ERRORS_REACH_THE_PAGE: Final = (
+    "aos_gcs/api/",
+    "aos_gcs/elevation/",
+    "aos_gcs/exports/ground_files.py",
+    "aos_gcs/extras.py",
+    "aos_gcs/handover/",
+    "aos_gcs/height_rasters.py",
+    "aos_gcs/imaging/aperture.py",
+    "aos_gcs/imaging/focal_plane.py",
+    "aos_gcs/imaging/focus/",
+    "aos_gcs/imaging/step/settings.py",
+    "aos_gcs/imaging/views.py",
+    "aos_gcs/input_values.py",
+    "aos_gcs/mission/",
+    "aos_gcs/optimisers/",
+    "aos_gcs/planning/",
+    "aos_gcs/prior/",
+    "aos_gcs/runtime/searched_ground.py",
+    "aos_gcs/runtime/step_views.py",
+    "aos_gcs/runtime/wall_video.py",
+    "aos_gcs/sharing/tak/marks.py",
+    "aos_gcs/store/operation.py",
+    "aos_gcs/store/replay.py",
+    "aos_gcs/swarm/",
+    "aos_gcs/wall/",
+)
+"""Sources whose errors the API answers with: of plans, terrain, priors, views, downloads, findings, accounts."""
+_ERRORS_AT_THE_START: Final = ("aos_gcs/api/basemap_file.py", "aos_gcs/api/tls.py")
+"""Of these, sources that only speak to whoever starts the station."""
 _RESULTS: Final = {"passed", "failed", "warned"}
 """Functions that make results of preflight checks, of texts and remedies."""
 _TEXT_PARAMETERS: Final = {"text", "reason", "problem", "message", "what"}
@@ -45,11 +75,15 @@ def said_texts(root: Path) -> dict[str, set[str]]:
     paths = sorted(path for package in PACKAGES for path in (root / package).rglob("*.py"))
     named = {path.relative_to(root).as_posix(): path for path in paths}
     found = {
-        name: set(_Module(ast.parse(path.read_text(encoding="utf-8"))).texts())
+        name: set(_Module(ast.parse(path.read_text(encoding="utf-8")), with_errors=_reaches_the_page(name)).texts())
         for name, path in named.items()
         if not name.startswith(NOT_TO_OPERATORS)
     }
     return {name: texts for name, texts in found.items() if texts}
+
+
+def _reaches_the_page(name: str) -> bool:
+    return name.startswith(_ERRORS_REACH_THE_PAGE) and not name.startswith(_ERRORS_AT_THE_START)
 
 
 def _called(call: ast.Call) -> str:
@@ -115,10 +149,10 @@ def _fixed(value: ast.expr, known: Mapping[str, list[ast.expr]]) -> ast.expr:
 
 
 class _Module:
-    def __init__(self, tree: ast.Module) -> None:
+    def __init__(self, tree: ast.Module, *, with_errors: bool) -> None:
         functions = [node for node in ast.walk(tree) if isinstance(node, Function)]
         self._functions = {function.name: function for function in functions}
-        self._speaking: Speaking = dict(_SPEAKING)
+        self._speaking: Speaking = _SPEAKING | (_ERRORS if with_errors else {})
         for function in functions:
             if function.name not in self._speaking and (said := tuple(self._learned(function))):
                 self._speaking[function.name] = said

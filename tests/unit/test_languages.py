@@ -20,6 +20,7 @@ PAIR = re.compile(r'\[\s*("(?:[^"\\]|\\.)*"),\s*"(?:[^"\\]|\\.)*",?\s*\]')
 PLACEHOLDER = re.compile(r"\{\w+\}")
 SEAM = re.compile(r'"\s*\n\s*f?"')
 WORD = re.compile(r"[A-Za-z]{3}")
+SETTING = re.compile(r"[a-z]+(_[a-z0-9]+)+")
 SHORTEST_PART = 4
 
 
@@ -58,8 +59,8 @@ class Translator:
         self._patterns = [re.compile(pattern_of(text), re.DOTALL) for text in patterns]
 
     def knows(self, text: str) -> bool:
-        """Whether a text is translated with all that is filled in; what has no word is no text."""
-        return WORD.search(text) is None or self._finds(text)
+        """Whether a text is translated with all that is filled in; names of settings and what has no word stay."""
+        return WORD.search(text) is None or SETTING.fullmatch(text) is not None or self._finds(text)
 
     def _finds(self, text: str) -> bool:
         if text in self._fixed or self._knows_parts(text):
@@ -125,3 +126,11 @@ def act(vehicle):
     told = said_texts(tmp_path)["aos_gcs/speaker.py"]
     links = {f"Link: {cause}.{remedy}" for cause in ("late", "lost 7") for remedy in ("", " Check it")}
     assert told == {*links, "first and more"}
+
+
+def test_errors_count_where_they_reach_the_page(tmp_path: Path) -> None:
+    for name in ("prior/grid.py", "surveys/photos.py", "api/tls.py"):
+        source = tmp_path / "aos_gcs" / name
+        source.parent.mkdir(parents=True)
+        source.write_text('def read(path):\n    raise InputDataError(f"{path} cannot be read.")\n')
+    assert said_texts(tmp_path) == {"aos_gcs/prior/grid.py": {"7 cannot be read."}}
