@@ -207,7 +207,7 @@ def _calibrate(survey: Survey, sigmas: tuple[float, float], drift_m: float, out:
 def _doubts(result: Result, sigmas: tuple[float, float], drift_m: float) -> list[str]:
     """Return the reasons to doubt a calibration, each with its remedy."""
     doubts = _pose_doubts(sigmas, (result.position_error_sigmas, result.attitude_error_sigmas))
-    if doubts and not drift_m:
+    if result.position_error_sigmas > MAX_ERROR_SIGMAS and not drift_m:
         doubts.append("Positions of receivers without corrections also drift between lines: add --position-drift 2.")
     surprising = [label for label, is_far in zip(_LABELS, result.is_surprising, strict=True) if is_far]
     if surprising:
