@@ -135,7 +135,7 @@ def settings_of(
         imaging=replace(ImagingSettings(), rate_hz=RATE_HZ),
         origin=flight.origin,
         seed=seed,
-        flight=replace(FlightSettings(), lowest_layer_m=15.0, layer_spacing_m=2.0, search_speed_mps=SEARCH_MPS),
+        flight=replace(FlightSettings(), lowest_layer_m=15.0, layer_spacing_m=2.5, search_speed_mps=SEARCH_MPS),
         relay=RelaySettings(enabled=is_relayed, swap_s=SWAP_S),
         deadlines=replace(Deadlines(), search_s=7200.0),
         preflight=PreflightSettings(upload_fence=True, set_return_height=True),
