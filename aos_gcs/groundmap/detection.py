@@ -41,7 +41,7 @@ class Detectability:
 
 
 DETECTABILITY: Final = {
-    Posture.STANDING: Detectability(worth=0.281, slope=0.64, shape=1.12),
+    Posture.STANDING: Detectability(worth=0.270, slope=0.72, shape=1.04),
     Posture.SITTING: Detectability(worth=0.417, slope=0.64, shape=1.19),
     Posture.LYING: Detectability(worth=0.749, slope=0.52, shape=1.17),
 }

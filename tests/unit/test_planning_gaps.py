@@ -33,7 +33,7 @@ def searched(views: int, gap: tuple[slice, slice] | None = None) -> ViewRaster:
 
 def test_a_gap_is_flown_again_where_it_is_and_nothing_else() -> None:
     # 60 m x 40 m in the north-east
-    raster = searched(40, (slice(20, 60), slice(130, 190)))
+    raster = searched(55, (slice(20, 60), slice(130, 190)))
     found = find_gap_legs(raster, PLAN, 0.0, from_m=(0.0, 0.0), within_s=600.0, pod=0.97)
     assert found is not None
     assert found.legs
@@ -64,7 +64,7 @@ def test_more_time_gains_more_and_less_of_what_is_well_seen() -> None:
 
 def test_zones_count_for_nothing_and_without_a_forest_nothing_is_known() -> None:
     zone = ((30.0, 40.0), (90.0, 40.0), (90.0, 80.0), (30.0, 80.0))
-    raster = searched(40, (slice(20, 60), slice(130, 190)))
+    raster = searched(55, (slice(20, 60), slice(130, 190)))
     barred = find_gap_legs(raster, replace(PLAN, no_go_enu_m=(zone,)), 0.0, from_m=(0, 0), within_s=600.0, pod=0.97)
     assert barred is not None
     assert barred.legs == ()

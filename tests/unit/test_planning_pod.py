@@ -83,7 +83,7 @@ def test_the_proposed_search_reaches_what_is_wanted_faster_than_the_line_of_clos
 
 
 def test_two_passes_reach_what_is_wanted_at_a_greater_speed() -> None:
-    lone = replace(PLAN, vehicles=1)
+    lone = replace(PLAN, vehicles=1, pod=0.8)
     one, two = propose_pattern(lone, 0.0), propose_pattern(replace(lone, passes=2), 0.0)
     assert one is not None
     assert two is not None

@@ -1,9 +1,7 @@
 """Searches for one person by all methods: what their frames see of the person, and when that is enough.
 
 A forest is grown around the person alone: views from elsewhere do not pass through other trees. Rays tell what a frame
-shows of the body. The detector marks ``MARKED_SHARE`` of that, at random, with a probability that grows with the pixels
-that the frame shows, 1 - exp(-pixels / ``SCALE_PIXELS``). Both numbers are fitted to rendered frames; docs/searches.md
-says to which, and how well they agree.
+shows of the body, :mod:`aos_gcs.lab.search.marks` what the detector marks of that.
 """
 
 from __future__ import annotations
@@ -26,6 +24,7 @@ from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.lab.detectability.study import BANDS, marked_cells
 from aos_gcs.lab.search.chosen import fly_chosen
 from aos_gcs.lab.search.chosen_legs import fly_chosen_legs
+from aos_gcs.lab.search.marks import marks, persons_share
 from aos_gcs.lab.search.model import (
     Conditions,
     Method,
@@ -48,10 +47,6 @@ from aos_gcs.prior.model import AreaPrior
 
 FloatArray = NDArray[np.float64]
 
-SCALE_PIXELS: Final = 10.0
-"""Pixels of a person in a frame at which the detector marks them with a probability of 63 %."""
-MARKED_SHARE: Final = 0.8
-"""Share of what a frame shows of a person that the detector marks, where it marks them."""
 IMAGE_PX: Final = 512
 _PATCH_M: Final = 50.0
 """Side of the forest around a person: rays from the corners of images pass no crown that would lean in from beyond."""
@@ -188,13 +183,11 @@ class _Watch:
             return None
         shown = self._world.view_target([nadir_pose(one) for one in cameras_m], camera, self._target)
         cell_m2 = shown.resolution_m**2
-        seen = shown.seen.reshape(len(times_s), -1)
-        seen = seen[:, seen.any(axis=0)]
-        pixels = seen.sum(axis=1) * cell_m2 * (camera.fx_px / cameras_m[:, 2]) ** 2
+        pixels_m2 = (cameras_m[:, 2] / camera.fx_px) ** 2
         # The same draws for the same frames of the same person.
         rng = np.random.default_rng([self._seed, len(times_s)])
-        is_marked = rng.random(len(times_s)) < 1.0 - np.exp(-pixels / SCALE_PIXELS)
-        marked = seen & is_marked[:, np.newaxis] & (rng.random(seen.shape) < MARKED_SHARE)
+        marked = marks(shown.seen, pixels_m2, shown.resolution_m, persons_share(self._seed), rng)
+        marked = marked.reshape(len(times_s), -1)
         together = marked if single else np.logical_or.accumulate(marked, axis=0)
         (enough,) = np.nonzero(together.sum(axis=1) * cell_m2 >= self._threshold_m2)
         return float(times_s[enough[0]]) if len(enough) else None

@@ -1,0 +1,54 @@
+"""Marks of the detector on a person in the frames of a flight, by what they show of the person.
+
+The numbers are fitted to rendered frames; docs/searches.md says to which, and how well whole flights agree.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+_MEAN_SHARE: Final = 0.48
+"""Share of the frames showing much of a person in which the detector marks something of them; persons differ."""
+_CONCENTRATION: Final = 6.0
+"""How alike persons are in that: sum of the parameters of the beta distribution."""
+_SCALE_PIXELS: Final = 2.5
+"""Pixels of a person in a frame at which that share is reached by 63 %."""
+_MARKED_SHARE: Final = 0.65
+"""Share of what a frame shows of a person that the detector marks, where it marks them; one pixel at least."""
+_DISPLACEMENT_M: Final = 0.2
+"""Standard deviation of where the marks of one frame lie, on either axis: poses err."""
+
+
+def persons_share(seed: int) -> float:
+    """Return the share of the frames showing much of the person of a seed in which the detector marks something."""
+    rng = np.random.default_rng([seed, 48])
+    return float(rng.beta(_MEAN_SHARE * _CONCENTRATION, (1.0 - _MEAN_SHARE) * _CONCENTRATION))
+
+
+def marks(
+    seen: NDArray[np.bool_], pixels_m2: FloatArray, resolution_m: float, share: float, rng: np.random.Generator
+) -> NDArray[np.bool_]:
+    """Return what the detector marks in each frame, as cells of the raster, shape (n, rows, columns).
+
+    Args:
+        seen: what each frame shows of the person, the same shape.
+        pixels_m2: area of the ground that a pixel of each frame covers, shape (n,).
+        resolution_m: edge of a cell.
+        share: share of the frames showing much of the person in which it marks something, 0 to 1.
+        rng: draws which frames and which cells.
+    """
+    cells = seen.sum(axis=(1, 2))
+    pixel_cells = pixels_m2 / resolution_m**2
+    pixels = cells / pixel_cells
+    is_marked = rng.random(len(seen)) < share * -np.expm1(-pixels / _SCALE_PIXELS)
+    marked = np.zeros_like(seen)
+    for row in np.flatnonzero(is_marked):
+        kept = max(_MARKED_SHARE, min(1.0, pixel_cells[row] / cells[row]))
+        offset = np.rint(rng.normal(0.0, _DISPLACEMENT_M / resolution_m, 2)).astype(int)
+        marked[row] = np.roll(seen[row] & (rng.random(seen[row].shape) < kept), offset, axis=(0, 1))
+    return marked
