@@ -15,7 +15,7 @@ FloatArray = NDArray[np.float64]
 _MEAN_SHARE: Final = 0.48
 """Share of the frames showing much of a person in which the detector marks something of them; persons differ."""
 _CONCENTRATION: Final = 6.0
-"""How alike persons are in that: sum of the parameters of the beta distribution."""
+"""Sum of the parameters of the beta distribution of that share: the greater, the more alike are persons."""
 _SCALE_PIXELS: Final = 2.5
 """Pixels of a person in a frame at which that share is reached by 63 %."""
 _MARKED_SHARE: Final = 0.65
