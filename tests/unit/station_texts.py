@@ -24,6 +24,8 @@ _SPEAKING: Final = {
     **dict.fromkeys(("ObserverError", "SignInRequiredError", "WrongCodeError", "OutdatedError"), ((0, "\0"),)),
     "operator_notice": ((1, "7: \0"),),
     "PlanProblem": ((1, "\0"),),
+    "_all_members": ((0, "\0"),),
+    "_result": ((2, "\0"),),
 }
 """Position of the text among the arguments, and what is said of it, by what is called."""
 _ERRORS: Final = dict.fromkeys(("ConfigurationError", "ImagingError", "InputDataError", "ParameterError"), ((0, "\0"),))
@@ -34,14 +36,9 @@ _ERRORS_REACH_THE_PAGE: Final = (
     "aos_gcs/extras.py",
     "aos_gcs/handover/",
     "aos_gcs/height_rasters.py",
-    "aos_gcs/imaging/aperture.py",
     "aos_gcs/imaging/focal_plane.py",
     "aos_gcs/imaging/focus/",
-    "aos_gcs/imaging/step/settings.py",
-    "aos_gcs/imaging/views.py",
-    "aos_gcs/input_values.py",
     "aos_gcs/mission/",
-    "aos_gcs/optimisers/",
     "aos_gcs/planning/",
     "aos_gcs/prior/",
     "aos_gcs/runtime/searched_ground.py",
@@ -54,8 +51,11 @@ _ERRORS_REACH_THE_PAGE: Final = (
     "aos_gcs/wall/",
 )
 """Sources whose errors the API answers with: of plans, terrain, priors, views, downloads, findings, accounts."""
-_ERRORS_AT_THE_START: Final = ("aos_gcs/api/basemap_file.py", "aos_gcs/api/tls.py")
-"""Of these, sources that only speak to whoever starts the station."""
+_ERRORS_OF_OTHERS: Final = (
+    *("aos_gcs/api/basemap_file.py", "aos_gcs/api/tls.py"),
+    *("aos_gcs/planning/legs.py", "aos_gcs/planning/pod_proposal.py", "aos_gcs/planning/proposal.py"),
+)
+"""Of these, sources whose errors only come at the start of the station, or where it is wrong itself."""
 _RESULTS: Final = {"passed", "failed", "warned"}
 """Functions that make results of preflight checks, of texts and remedies."""
 _TEXT_PARAMETERS: Final = {"text", "reason", "problem", "message", "what"}
@@ -83,7 +83,7 @@ def said_texts(root: Path) -> dict[str, set[str]]:
 
 
 def _reaches_the_page(name: str) -> bool:
-    return name.startswith(_ERRORS_REACH_THE_PAGE) and not name.startswith(_ERRORS_AT_THE_START)
+    return name.startswith(_ERRORS_REACH_THE_PAGE) and not name.startswith(_ERRORS_OF_OTHERS)
 
 
 def _called(call: ast.Call) -> str:

@@ -15,6 +15,8 @@ export const commands: readonly StationText[] = [
   ["stays on the ground", "bleibt am Boden"],
   ["takes off and flies to the swarm", "startet und fliegt zum Schwarm"],
   ["flies the mission", "fliegt die Mission"],
+  ["starts", "startet"],
+  ["may take off once, to relieve another vehicle", "darf einmal starten, um eine andere abzulösen"],
   ["the mission is returning already", "die Mission ist schon auf dem Rückflug"],
   ["Cannot start: {reason}.", "Starten nicht möglich: {reason}."],
   ["preflight has not passed yet", "Die Vorflugkontrolle ist noch nicht bestanden"],

@@ -70,12 +70,7 @@ export const files: readonly StationText[] = [
     "{file} cannot be read: its name is not UTF-8. Rename it.",
     "{file} ist nicht lesbar: Der Name ist nicht UTF-8. Umbenennen.",
   ],
-  ["{file} cannot be read: it is not a file.", "{file} ist nicht lesbar: Es ist keine Datei."],
   ["{file} does not exist; check the path.", "{file} gibt es nicht; Pfad prüfen."],
-  [
-    "{file} is a file; name the folder that holds the images.",
-    "{file} ist eine Datei; den Ordner mit den Bildern nennen.",
-  ],
   [
     "{file} has {bands} bands: extract the one with the heights (gdal_translate -b 1 IN OUT).",
     "{file} hat {bands} Kanäle: den mit den Höhen herauslösen (gdal_translate -b 1 IN OUT).",

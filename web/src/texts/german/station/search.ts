@@ -128,6 +128,8 @@ export const search: readonly StationText[] = [
     "{area} m² sichtbar, von oben gesehen {length} mal {width} m",
   ],
   ["seen in {frames}", "gesehen in {frames}"],
+  ["seen by {count} of {among} vehicles", "gesehen von {count} von {among} Drohnen"],
+  ["seen by {count} of {among} vehicle", "gesehen von {count} von {among} Drohne"],
   ["seen by {vehicles}, in {frames}", "gesehen von {vehicles}, in {frames}"],
   ["{count} of {among} frames", "{count} von {among} Bildern"],
   ["{count} of {among} frame", "{count} von {among} Bild"],

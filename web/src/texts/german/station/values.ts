@@ -45,36 +45,9 @@ export const values: readonly StationText[] = [
     "Die Strategie {name} gibt es nicht; eine von {names} wählen.",
   ],
   [
-    "lower must be below upper, but they are {lower} and {upper}.",
-    "lower muss unter upper liegen, sie sind aber {lower} und {upper}.",
-  ],
-  ["moves must be at least 1, but is {value}.", "moves muss mindestens 1 sein, ist aber {value}."],
-  [
-    "charges must be finite and at least 0, but are {value}.",
-    "charges müssen endlich und mindestens 0 sein, sind aber {value}.",
-  ],
-  ["max_distance must be above 0, but is {value}.", "max_distance muss über 0 liegen, ist aber {value}."],
-  [
-    "steps of a schedule must be at least 1, but is {value}.",
-    "Die Schritte eines Verlaufs müssen mindestens 1 sein, sind aber {value}.",
-  ],
-  [
-    "{name} must be a finite number of at least 0, but is {value}.",
-    "{name} muss eine endliche Zahl von mindestens 0 sein, ist aber {value}.",
-  ],
-  [
-    "exponent must be a positive integer, but is {value}.",
-    "exponent muss eine positive ganze Zahl sein, ist aber {value}.",
-  ],
-  [
     "{name} must be a finite number above 0, but is {value}.",
     "{name} muss eine endliche Zahl über 0 sein, ist aber {value}.",
   ],
-  ["direction_enu must have a length above 0: {reason}.", "direction_enu muss eine Länge über 0 haben: {reason}."],
-  ["n must be 1 or more vehicles, but is {value}.", "Es müssen 1 oder mehr Drohnen sein, sind aber {value}."],
-  ["n must be 1 or more, but is {value}.", "Es müssen 1 oder mehr sein, sind aber {value}."],
-  ["A pattern needs the spacings of line and legs.", "Ein Muster braucht die Abstände von Linie und Bahnen."],
-  ["ground_enu_m must be finite positions in metres.", "ground_enu_m muss aus endlichen Orten in Metern bestehen."],
   [
     "{name} must be above 0 and at most {greatest}, but is {value}.",
     "{name} muss über 0 und höchstens {greatest} sein, ist aber {value}.",
@@ -84,39 +57,6 @@ export const values: readonly StationText[] = [
     "floor_above_ground_m ({floor}) must be below ceiling_above_ground_m ({ceiling}).",
     "floor_above_ground_m ({floor}) muss unter ceiling_above_ground_m ({ceiling}) liegen.",
   ],
-  ["{name} must be finite and above 0, got {value}.", "{name} muss endlich und über 0 sein, ist aber {value}."],
-  ["{name} must lie within 0 and 1, got {value}.", "{name} muss zwischen 0 und 1 liegen, ist aber {value}."],
-  [
-    "The field of view must lie between 0 and 180 degrees, got {value}.",
-    "Der Bildwinkel muss zwischen 0 und 180 Grad liegen, ist aber {value}.",
-  ],
-  [
-    "altitude_m must be above the tree tops ({canopy} m), got {value}: fly higher.",
-    "Die Flughöhe muss über den Baumkronen liegen ({canopy} m), ist aber {value}: höher fliegen.",
-  ],
-  [
-    "altitude_m must be finite and above the occluders ({height} m), got {value}.",
-    "Die Flughöhe muss endlich und über dem Bewuchs sein ({height} m), ist aber {value}.",
-  ],
-  [
-    "crown_base_m must be at least 0 and below canopy_height_m ({canopy}), got {value}.",
-    "crown_base_m muss mindestens 0 und unter canopy_height_m ({canopy}) sein, ist aber {value}.",
-  ],
-  ["drones must be 1 or more, got {value}.", "Es müssen 1 oder mehr Drohnen sein, sind aber {value}."],
-  ["samples must be 1 or more, got {value}.", "samples muss 1 oder mehr sein, ist aber {value}."],
-  [
-    "saturation must be at least 0 and below 1, got {value}.",
-    "saturation muss mindestens 0 und unter 1 sein, ist aber {value}.",
-  ],
-  ["{name} must not be negative, got {value}.", "{name} darf nicht negativ sein, ist aber {value}."],
-  ["{name} must be at least {least}, got {value}.", "{name} muss mindestens {least} sein, ist aber {value}."],
-  ["{name} must be positive, got {value}.", "{name} muss positiv sein, ist aber {value}."],
-  ["plane_height_m must be finite, got {value}.", "plane_height_m muss endlich sein, ist aber {value}."],
-  [
-    "rate_hz must be above 0 and at most {greatest}, got {value}.",
-    "rate_hz muss über 0 und höchstens {greatest} sein, ist aber {value}.",
-  ],
-  ["rx_quantile must lie within [0, 1), got {value}.", "rx_quantile muss in [0, 1) liegen, ist aber {value}."],
   ["below must be above 0 and at most 1, got {value}.", "below muss über 0 und höchstens 1 sein, ist aber {value}."],
   [
     "height_m must lie within {least} and {greatest}, below the cameras, but is {value}.",
@@ -151,22 +91,6 @@ export const values: readonly StationText[] = [
   [
     "The region to focus on must span an area, got {left} to {right} and {bottom} to {top} {unit}.",
     "Der Bereich zum Fokussieren muss eine Fläche haben, ist aber {left} bis {right} und {bottom} bis {top} {unit}.",
-  ],
-  [
-    "A virtual camera has no distortion: give it an ideal one.",
-    "Eine gedachte Kamera hat keine Verzeichnung: eine ideale angeben.",
-  ],
-  [
-    "The focal plane z = {plane} m lies behind the virtual camera at z = {camera} m: choose a plane on the side that the camera looks to.",
-    "Die Fokusebene z = {plane} m liegt hinter der gedachten Kamera bei z = {camera} m: eine Ebene in Blickrichtung wählen.",
-  ],
-  [
-    "The focal plane z = {plane} m passes through the virtual camera: choose one in front of it.",
-    "Die Fokusebene z = {plane} m geht durch die gedachte Kamera: eine davor wählen.",
-  ],
-  [
-    "The virtual camera sees nothing of the terrain: check that the terrain lies in front of it, in the same world as the poses.",
-    "Die gedachte Kamera sieht nichts vom Gelände: Es muss vor ihr liegen, in derselben Welt wie die Posen.",
   ],
   [
     "{feature} needs {library}, which is not installed: pip install 'aos-gcs[{extra}]'.",
