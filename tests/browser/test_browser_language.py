@@ -7,7 +7,7 @@ from playwright.async_api import Page, expect
 
 from aos_gcs.ports import Severity
 from tests.browser.conftest import PageRecord, Service
-from tests.browser.pages import open_page
+from tests.browser.pages import open_page, wait_for
 
 pytestmark = pytest.mark.asyncio(loop_scope="session")
 
@@ -30,6 +30,7 @@ async def test_german_is_chosen_heard_and_kept(service: Service, page: Page, pag
     await expect(page.get_by_test_id("check-1-battery")).to_have_attribute("aria-label", "Akku, Drohne 1: bestanden")
     service.mission.notify(Severity.CRITICAL, LOST, 4)
     await expect(page.get_by_test_id("alert-bar")).to_contain_text("Drohne 4: Funk seit 12 s verloren")
+    await wait_for(page, "() => window.spoken.length > 0")  # it speaks after it has drawn
     spoken = await page.evaluate("window.spoken")
     assert spoken == [["de", "Drohne 4: Funk seit 12 s verloren: Ihre Notfunktion fliegt sie. Funkverbindung prüfen"]]
     await page.reload()

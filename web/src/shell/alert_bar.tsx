@@ -8,7 +8,7 @@ import { findingOfTrack } from "../state/findings";
 import { texts } from "../texts";
 import { Dialog } from "../ui/dialog";
 import { useShell } from "./context";
-import { findingText } from "./finding_text";
+import { findingWords } from "./finding_text";
 import { routeHash } from "./route";
 import { alertText } from "./use_alerts";
 
@@ -23,7 +23,12 @@ export function AlertBar({ alerts, mayAcknowledge }: Props) {
   const findingOf = (alert: Alert): Finding | null => findingOfTrack(state.mission?.findings ?? [], alert.trackId);
   const words = (alert: Alert): string => {
     const finding = findingOf(alert);
-    return finding === null ? alertText(alert) : findingText(finding, notation);
+    return finding === null ? alertText(alert) : findingWords(finding, notation);
+  };
+  // The number of a finding says that something was found: two lines have room for the rest.
+  const label = (alert: Alert): string => {
+    const finding = findingOf(alert);
+    return finding === null ? texts.names.severity[alert.severity] : texts.decide.finding(finding.finding_id);
   };
   const [isListOpen, setListOpen] = useState(false);
   const [refusal, setRefusal] = useState("");
@@ -49,7 +54,7 @@ export function AlertBar({ alerts, mayAcknowledge }: Props) {
     >
       {/* Only the words are announced: buttons that change would repeat themselves. */}
       <p role="alert" tabIndex={0}>
-        <b>{texts.names.severity[first.severity]}</b> {words(first)}
+        <b>{label(first)}</b> {words(first)}
         {first.count > 1 && ` (${texts.alerts.times(first.count)})`}
       </p>
       <ShowFinding finding={findingOf(first)} />
@@ -69,7 +74,7 @@ export function AlertBar({ alerts, mayAcknowledge }: Props) {
           <ul class="alert-list">
             {alerts.map((alert) => (
               <li key={alert.key} class={`is-${alert.severity}`}>
-                <time>{timeOfDay(alert.utc_s)}</time> <b>{texts.names.severity[alert.severity]}</b> {words(alert)}{" "}
+                <time>{timeOfDay(alert.utc_s)}</time> <b>{label(alert)}</b> {words(alert)}{" "}
                 {alert.count > 1 && texts.alerts.times(alert.count)}
                 <ShowFinding finding={findingOf(alert)} onFollow={() => setListOpen(false)} />
               </li>

@@ -17,6 +17,8 @@ export interface Report {
   readonly label: string;
   /** Null while the answer is pending. */
   readonly answer: ActionAnswer | null;
+  /** Time of the answer, by the clock of the page; 0 while it is pending. */
+  readonly answeredAtMs: number;
   /** Whether the answer has been pending for so long that the operator must not rely on it. */
   readonly isOverdue: boolean;
 }
@@ -70,7 +72,7 @@ export function useCommands(page: Page): Commands {
     const id = nextId.current++;
     const change = (changes: Partial<Report>): void =>
       setReports((before) => before.map((report) => (report.id === id ? { ...report, ...changes } : report)));
-    const report: Report = { id, label: command.label, answer: null, isOverdue: false };
+    const report: Report = { id, label: command.label, answer: null, answeredAtMs: 0, isOverdue: false };
     setReports((before) => [report, ...before].slice(0, REPORTS_KEPT));
     // A hold is sent whatever the connection seems to be like; anything else would arrive when it is not expected.
     const mayArrive = isConnected || command.action === "hold";
@@ -80,7 +82,7 @@ export function useCommands(page: Page): Commands {
     const answer = mayArrive ? await sent() : notSent();
     clearTimeout(overdue);
     if (!answer.ok && answer.status === FORBIDDEN) onForbidden();
-    change({ answer });
+    change({ answer, answeredAtMs: performance.now() });
     if (answer.ok && command.action === "new_sortie") onNewSortie();
     if (answer.ok && command.action === "start") onLaunched();
   };

@@ -10,12 +10,17 @@ export function spokenFinding({ kind, person_confidence: confidence, finding_id:
   return `${texts.names.findingKind[kind]}${likely}. ${texts.decide.finding(id)}`;
 }
 
-export function findingText(finding: Finding, notation: Notation): string {
-  const { kind, person_confidence: confidence, position, sigma_m, finding_id: id } = finding;
+/** What it is, and where, with its number at the end. */
+export const findingText = (finding: Finding, notation: Notation): string =>
+  `${findingWords(finding, notation)} · ${texts.decide.finding(finding.finding_id)}`;
+
+/** What it is, and where. */
+export function findingWords(finding: Finding, notation: Notation): string {
+  const { kind, person_confidence: confidence, position, sigma_m } = finding;
   const { latitude_deg, longitude_deg, east_m, north_m } = position;
   const isPlaced = latitude_deg !== null && longitude_deg !== null;
   const place = isPlaced ? written({ latitude_deg, longitude_deg }, notation) : eastNorth(east_m, north_m);
   const likely = confidence === null ? "" : ` (${likelihood(confidence)})`;
   const error = sigma_m === null ? "" : `, ± ${quantity(sigma_m, 1, "m")}`;
-  return `${texts.names.findingKind[kind]}${likely}, ${place}${error} · ${texts.decide.finding(id)}`;
+  return `${texts.names.findingKind[kind]}${likely}, ${place}${error}`;
 }

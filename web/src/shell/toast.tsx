@@ -1,21 +1,14 @@
 /** Results of recent commands in a corner of other views: accepted ones disappear, refusals stay. */
-import { useEffect, useState } from "preact/hooks";
 import { texts } from "../texts";
 import type { Commands, Report } from "./commands";
 import { Reports } from "./reports";
 
 const SHOWN_MS = 8000;
 
+/** It is drawn anew as the page ages, so that nothing has to end by a timer of its own. */
 export function Toast({ commands }: { commands: Commands }) {
-  const [readUpTo, setReadUpTo] = useState(0);
-  const [newest] = commands.reports;
-  const doneId = newest !== undefined && hasSucceeded(newest) ? newest.id : 0;
-  useEffect(() => {
-    if (doneId === 0) return undefined;
-    const timer = setTimeout(() => setReadUpTo(doneId), SHOWN_MS);
-    return () => clearTimeout(timer);
-  }, [doneId]);
-  const shown = commands.reports.filter((report) => report.id > readUpTo || !hasSucceeded(report));
+  const isNew = ({ answeredAtMs }: Report): boolean => performance.now() - answeredAtMs < SHOWN_MS;
+  const shown = commands.reports.filter((report) => !hasSucceeded(report) || isNew(report));
   if (shown.length === 0) return null;
   return (
     <aside class="toast" aria-label={texts.actions.results}>
