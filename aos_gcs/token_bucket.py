@@ -16,10 +16,11 @@ class TokenBucket:
 
     def left(self, now_s: float) -> float:
         """Return what may be spent now; negative for a debt. A clock that runs backwards adds nothing."""
-        if self._at_s is not None and now_s > self._at_s:
+        if self._at_s is None:
+            self._at_s = now_s
+        elif now_s > self._at_s:
             left = self._left + (now_s - self._at_s) * self.per_s
-            self._left = min(self.burst, left)
-        self._at_s = now_s
+            self._left, self._at_s = min(self.burst, left), now_s
         return self._left
 
     def spend(self, amount: float) -> None:

@@ -4,20 +4,25 @@ from __future__ import annotations
 
 import asyncio
 import socket
-from collections.abc import Callable, Iterator
+import struct
+import sys
+import time
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
 import pytest
 
 from aos_drivers.links.address import PeerAddress
+from aos_drivers.links.arrival import time_in_socket_s
 from aos_drivers.links.intake import MAX_DATAGRAM_BYTES
-from aos_drivers.links.opener import UdpEndpoint
+from aos_drivers.links.opener import Receiver, UdpEndpoint
+from aos_gcs.clock import machine_utc_s
 
 
 def test_a_datagram_larger_than_any_bundle_of_packets_is_dropped() -> None:
     received: list[bytes] = []
-    endpoint = UdpEndpoint(0, lambda data, _peer: received.append(data), is_connected=False)
+    endpoint = UdpEndpoint(0, lambda data, _peer, _waited_s=0.0: received.append(data), is_connected=False)
     for size in (MAX_DATAGRAM_BYTES, MAX_DATAGRAM_BYTES + 1, 65_000):
         endpoint.datagram_received(bytes(size), ("10.6.6.6", 1))
     assert [len(data) for data in received] == [MAX_DATAGRAM_BYTES]
@@ -26,7 +31,7 @@ def test_a_datagram_larger_than_any_bundle_of_packets_is_dropped() -> None:
 async def test_all_datagrams_are_read_in_order_but_for_oversized_ones() -> None:
     received: list[tuple[bytes, PeerAddress]] = []
     transport, _ = await asyncio.get_running_loop().create_datagram_endpoint(
-        lambda: UdpEndpoint(3, lambda data, peer: received.append((data, peer)), is_connected=False),
+        lambda: UdpEndpoint(3, lambda data, peer, _waited_s=0.0: received.append((data, peer)), is_connected=False),
         local_addr=("127.0.0.1", 0),
     )
     contents = [bytes([number]) for number in range(40)]
@@ -77,7 +82,7 @@ class Exchange:
 
 
 @contextmanager
-def exchange(receive: Callable[[bytes, PeerAddress], None]) -> Iterator[Exchange]:
+def exchange(receive: Receiver) -> Iterator[Exchange]:
     with (
         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as lent,
         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as vehicle,
@@ -103,7 +108,7 @@ def collect_errors() -> list[Exception]:
 @pytest.mark.looptime
 async def test_datagrams_far_apart_are_read_as_they_come() -> None:
     received: list[bytes] = []
-    with exchange(lambda data, _peer: received.append(data)) as link:
+    with exchange(lambda data, _peer, _waited_s=0.0: received.append(data)) as link:
         for number in range(3):
             link.deliver(bytes([number]))
             assert len(received) == number + 1
@@ -114,26 +119,66 @@ async def test_datagrams_far_apart_are_read_as_they_come() -> None:
 @pytest.mark.looptime
 async def test_datagrams_close_together_are_read_together_and_not_without_end() -> None:
     received: list[bytes] = []
-    with exchange(lambda data, _peer: received.append(data)) as link:
-        link.deliver(*(bytes([number]) for number in range(42)))
+    with exchange(lambda data, _peer, _waited_s=0.0: received.append(data)) as link:
+        link.deliver(*(bytes([number]) for number in range(70)))
         assert len(received) == 2
         assert not link.transport.is_reading
         await asyncio.sleep(0.004)
         assert len(received) == 2
         await asyncio.sleep(0.001)
-        assert len(received) == 2 + 32
+        assert len(received) == 2 + 64
         await asyncio.sleep(0.0)
-        assert received == [bytes([number]) for number in range(42)]
+        assert received == [bytes([number]) for number in range(70)]
         assert not link.transport.is_reading
         await asyncio.sleep(0.006)
         assert link.transport.is_reading
 
 
 @pytest.mark.looptime
+async def test_the_datagrams_of_a_large_swarm_are_read_less_often() -> None:
+    received: list[bytes] = []
+    with exchange(lambda data, _peer, _waited_s=0.0: received.append(data)) as link:
+        link.deliver(*[b"many"] * 12)
+        await asyncio.sleep(0.006)
+        assert len(received) == 12
+        link.deliver(b"few")
+        await asyncio.sleep(0.018)
+        assert len(received) == 12
+        await asyncio.sleep(0.002)
+        assert received[12:] == [b"few"]
+        link.deliver(b"again")
+        await asyncio.sleep(0.005)
+        assert received[13:] == [b"again"]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells when datagrams arrive")
+@pytest.mark.looptime
+async def test_how_long_a_datagram_waited_is_passed_on_with_it() -> None:
+    waited_s: list[float] = []
+    with exchange(lambda _data, _peer, time_s=0.0: waited_s.append(time_s)) as link:
+        link.deliver(*[b"at once"] * 2)
+        link.deliver(b"waits")
+        time.sleep(0.002)  # noqa: ASYNC251 - the kernel's clock is no virtual one
+        await asyncio.sleep(0.006)
+    assert waited_s[:2] == [0.0, 0.0]
+    assert 0.002 <= waited_s[2] <= 0.02
+
+
+def test_a_waiting_time_is_bounded_and_zero_where_it_is_not_known() -> None:
+    option = (socket.SOL_SOCKET, 35)
+    now_s = int(machine_utc_s())
+    assert time_in_socket_s([], 0.02) == 0.0
+    assert time_in_socket_s([(*option, b"short")], 0.02) == 0.0
+    assert time_in_socket_s([(socket.SOL_SOCKET, 29, struct.pack("@ll", now_s - 9, 0))], 0.02) == 0.0
+    assert time_in_socket_s([(*option, struct.pack("@ll", now_s - 9, 0))], 0.02) == 0.02
+    assert time_in_socket_s([(*option, struct.pack("@ll", now_s + 9, 0))], 0.02) == 0.0
+
+
+@pytest.mark.looptime
 async def test_an_error_in_the_handling_of_a_datagram_does_not_end_the_reading() -> None:
     received: list[bytes] = []
 
-    def receive(data: bytes, _peer: PeerAddress) -> None:
+    def receive(data: bytes, _peer: PeerAddress, _waited_s: float = 0.0, /) -> None:
         if data == b"bad":
             raise ValueError("an error of ours")
         received.append(data)
@@ -156,7 +201,7 @@ async def test_an_error_in_the_handling_of_a_datagram_does_not_end_the_reading()
 async def test_a_vehicle_that_stops_and_starts_again_is_read_again() -> None:
     received: list[bytes] = []
     errors = collect_errors()
-    with exchange(lambda data, _peer: received.append(data)) as link:
+    with exchange(lambda data, _peer, _waited_s=0.0: received.append(data)) as link:
         link.deliver(b"a", b"b")
         address = link.vehicle.getsockname()
         link.vehicle.close()
@@ -174,7 +219,7 @@ async def test_a_vehicle_that_stops_and_starts_again_is_read_again() -> None:
 @pytest.mark.looptime
 async def test_a_closed_endpoint_reads_no_more() -> None:
     received: list[bytes] = []
-    with exchange(lambda data, _peer: received.append(data)) as link:
+    with exchange(lambda data, _peer, _waited_s=0.0: received.append(data)) as link:
         link.deliver(b"a", b"b", b"c")
         link.endpoint.connection_lost(None)
         await asyncio.sleep(0.01)

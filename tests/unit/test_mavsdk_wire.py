@@ -52,10 +52,10 @@ class Bench:
     recorded: list[bytes] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.wire = Wire(254, self.delivered.append, self.note, self.recorded.append, lambda: 0.0)
+        self.wire = Wire(254, self.delivered.append, self.note, self.recorded.append, lambda _ago_s: 0.0)
         self.wire.add_endpoint(0, self.radio, None)
 
-    def note(self, message: mavlink.MAVLink_message, peer: PeerAddress) -> bool:
+    def note(self, message: mavlink.MAVLink_message, peer: PeerAddress, _now_s: float) -> bool:
         self.wire.route(message.get_srcSystem(), message.get_srcComponent(), peer)
         return message.get_srcSystem() != STRANGER
 

@@ -27,6 +27,14 @@ def test_what_is_given_back_does_not_exceed_the_burst() -> None:
     assert bucket.left(0.0) == 4.0
 
 
+def test_a_time_that_has_passed_already_earns_nothing_again() -> None:
+    bucket = TokenBucket(per_s=1.0, burst=10.0)
+    bucket.spend(10.0)
+    for _ in range(5):
+        assert [bucket.left(now_s) for now_s in (1.0, 0.5, 1.0)] == [bucket.left(1.0)] * 3
+    assert bucket.left(2.0) == 1.0
+
+
 @given(st.lists(st.tuples(st.floats(-1.0, 3.0), st.floats(0.0, 5.0)), max_size=50))
 def test_no_more_is_taken_than_the_burst_and_the_rate_allow(takes: list[tuple[float, float]]) -> None:
     bucket, now_s, latest_s, taken, ran_s = TokenBucket(2.0, 6.0), 0.0, 0.0, 0.0, 0.0

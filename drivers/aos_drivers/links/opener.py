@@ -12,6 +12,7 @@ from typing import Protocol
 
 from aos_drivers.background import BackgroundTasks
 from aos_drivers.links.address import LinkAddress, PeerAddress
+from aos_drivers.links.arrival import ARRIVAL_BYTES, ask_for_arrivals, time_in_socket_s
 from aos_drivers.links.intake import MAX_DATAGRAM_BYTES
 from aos_drivers.links.overload import OverloadWatch, dropped_datagrams, inode_of
 from aos_drivers.links.serial_port import SerialEndpoint, serial_error
@@ -23,7 +24,10 @@ _RECEIVE_BUFFER_BYTES = 1024 * 1024
 _SEND_BUFFER_BYTES = 256 * 1024
 _PAUSE_S = 0.005
 """Time between two looks at a socket, when datagrams come closer together than this."""
-_MOST_AT_ONCE = 32
+_LONG_PAUSE_S = 0.02
+"""The same while many come, those of a large swarm: a look takes as long as ten datagrams do."""
+_MANY_PER_S = 1000.0
+_MOST_AT_ONCE = 64
 """Datagrams that are read in one go; then other work has its turn."""
 _KEPT_PEERS = 1024
 """Addresses of senders that are kept made."""
@@ -31,7 +35,12 @@ _RECONNECT_PAUSE_S = 2.0
 _CONNECT_TIMEOUT_S = 5.0
 
 
-Receiver = Callable[[bytes, PeerAddress], None]
+class Receiver(Protocol):
+    """Whoever processes what is received."""
+
+    def __call__(self, data: bytes, peer: PeerAddress, waited_s: float = 0.0, /) -> None:
+        """Process bytes that came ``waited_s`` ago, in real seconds."""
+        ...
 
 
 class Endpoint(Protocol):
@@ -46,7 +55,8 @@ class UdpEndpoint(asyncio.DatagramProtocol):
     """A bound (``udpin``) or connected (``udpout``) UDP socket.
 
     To wake up takes longer than to read a packet. When datagrams come close together, asyncio, which wakes up for each
-    one, is therefore paused, and they are read together every few milliseconds until none has come.
+    one, is therefore paused, and they are read together every few milliseconds until none has come. How long each has
+    waited by that is passed on with it; what this station is late beyond that is not.
     """
 
     def __init__(self, link: int, receive: Receiver, is_connected: bool) -> None:
@@ -57,6 +67,7 @@ class UdpEndpoint(asyncio.DatagramProtocol):
         self._socket: socket.socket | None = None
         self._came_at_s = -math.inf
         self._next_read: asyncio.TimerHandle | None = None
+        self._pause_s = _PAUSE_S
         self._peers: dict[tuple[str, int], PeerAddress] = {}
 
     def connection_made(self, transport: asyncio.DatagramTransport) -> None:  # type: ignore[override]
@@ -66,6 +77,7 @@ class UdpEndpoint(asyncio.DatagramProtocol):
         if hasattr(transport, "pause_reading"):
             # asyncio lends its socket for its options only; a copy can be read.
             self._socket = transport.get_extra_info("socket").dup()
+            ask_for_arrivals(self._socket)
 
     def connection_lost(self, exc: Exception | None) -> None:  # noqa: ARG002 - asyncio's own
         """See asyncio."""
@@ -81,6 +93,7 @@ class UdpEndpoint(asyncio.DatagramProtocol):
             now_s = asyncio.get_running_loop().time()
             if now_s - self._came_at_s < _PAUSE_S:
                 self._transport.pause_reading()  # type: ignore[union-attr]
+                self._pause_s = _PAUSE_S
                 self._read_after(_PAUSE_S, self._socket)
             self._came_at_s = now_s
         self._take(data, addr)
@@ -94,8 +107,11 @@ class UdpEndpoint(asyncio.DatagramProtocol):
         try:
             taken = self._take_waiting(source)
         finally:
-            if taken:
-                self._read_after(_PAUSE_S if taken < _MOST_AT_ONCE else 0.0, source)
+            if taken == _MOST_AT_ONCE:
+                self._read_after(0.0, source)
+            elif taken:
+                self._pause_s = _LONG_PAUSE_S if taken >= _MANY_PER_S * self._pause_s else _PAUSE_S
+                self._read_after(self._pause_s, source)
             else:
                 self._transport.resume_reading()  # type: ignore[union-attr]
 
@@ -103,16 +119,16 @@ class UdpEndpoint(asyncio.DatagramProtocol):
         """Pass on the datagrams that wait, up to ``_MOST_AT_ONCE``, and return how many these were."""
         for taken in range(_MOST_AT_ONCE):
             try:
-                data, address = source.recvfrom(MAX_DATAGRAM_BYTES + 1)
+                data, ancillary, _flags, address = source.recvmsg(MAX_DATAGRAM_BYTES + 1, ARRIVAL_BYTES)
             except OSError:
                 return taken  # nothing waits, or a peer is unreachable: what waits behind that is read later
-            self._take(data, address)
+            self._take(data, address, time_in_socket_s(ancillary, _LONG_PAUSE_S))
         return _MOST_AT_ONCE
 
-    def _take(self, data: bytes, address: tuple[str, int]) -> None:
+    def _take(self, data: bytes, address: tuple[str, int], waited_s: float = 0.0) -> None:
         """Pass on a datagram; those larger than any bundle of packets are dropped."""
         if len(data) <= MAX_DATAGRAM_BYTES:
-            self._receive(data, self._peers.get(address) or self._peer_of(address))
+            self._receive(data, self._peers.get(address) or self._peer_of(address), waited_s)
 
     def _peer_of(self, address: tuple[str, int]) -> PeerAddress:
         if len(self._peers) >= _KEPT_PEERS:

@@ -61,9 +61,10 @@ class MavlinkFleet:
         if peer is not None:
             self._session.add_peer(peer)
 
-    def receive(self, data: bytes, peer: PeerAddress) -> None:
-        """Process bytes of a link."""
-        self._handle(self._session.feed(data, peer, self._context.clock.now_s()))
+    def receive(self, data: bytes, peer: PeerAddress, waited_s: float = 0.0, /) -> None:
+        """Process bytes of a link that came ``waited_s`` ago, in real seconds."""
+        clock = self._context.clock
+        self._handle(self._session.feed(data, peer, clock.now_s() - waited_s * clock.speed))
         self._flush()
 
     async def run(self) -> None:

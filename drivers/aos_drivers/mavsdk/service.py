@@ -57,12 +57,12 @@ class MavsdkFleet:
         """Return all vehicles ever heard, by system id."""
         return MappingProxyType(self._vehicles)
 
-    def note(self, wire: Wire, message: mavlink.MAVLink_message, peer: PeerAddress) -> bool:
+    def note(self, wire: Wire, message: mavlink.MAVLink_message, peer: PeerAddress, now_s: float) -> bool:
         """Record what MAVSDK does not report: time and address of each packet, and system ids used twice.
 
-        Returns whether MAVSDK may have the packet.
+        ``now_s`` is when it came. Returns whether MAVSDK may have the packet.
         """
-        system_id, now_s = message.get_srcSystem(), self._context.clock.now_s()
+        system_id = message.get_srcSystem()
         record = self._records.get(system_id)
         if record is None:
             former = self._former.get(system_id)
@@ -201,9 +201,9 @@ async def open_mavsdk(links: Sequence[str], context: DriverContext) -> AsyncIter
         wire = Wire(
             context.system_id,
             feeder.feed,
-            lambda message, peer: fleet.note(wire, message, peer),
+            lambda message, peer, now_s: fleet.note(wire, message, peer, now_s),
             record,
-            context.clock.now_s,
+            lambda ago_s: context.clock.now_s() - ago_s * context.clock.speed,
         )
         core.subscribe_raw_bytes_to_be_sent(lambda packet: dispatcher.to_loop(wire.send)(packet, None))
         tasks = await stack.enter_async_context(BackgroundTasks(lambda error: _report_failure(context, error)))

@@ -38,13 +38,14 @@ class Wire:
         self,
         system_id: int,
         deliver: Callable[[bytes], None],
-        note: Callable[[mavlink.MAVLink_message, PeerAddress], bool],
+        note: Callable[[mavlink.MAVLink_message, PeerAddress, float], bool],
         record: Callable[[bytes], None],
-        now_s: Callable[[], float],
+        time_ago_s: Callable[[float], float],
     ) -> None:
         """``deliver`` passes a packet to MAVSDK, ``note`` sees it before and says whether it is passed on.
 
-        ``record`` records both directions.
+        ``note`` takes the clock time of its arrival, too. ``record`` records both directions. ``time_ago_s`` returns
+        the clock time of some real seconds ago.
         """
         self._system_id = system_id
         self._deliver = deliver
@@ -54,7 +55,7 @@ class Wire:
         self._endpoints: dict[int, Endpoint] = {}
         self._routes: dict[tuple[int, int], PeerAddress] = {}
         self._from_core = FrameParser()
-        self._now_s = now_s
+        self._time_ago_s = time_ago_s
         self.intake = Intake()
 
     def add_endpoint(self, link: int, endpoint: Endpoint, peer: PeerAddress | None) -> None:
@@ -63,9 +64,9 @@ class Wire:
         if peer is not None:
             self._peers.setdefault(peer, _Peer(self._system_id)).is_called = True
 
-    def receive(self, data: bytes, peer: PeerAddress) -> None:
-        """Process bytes of a link; MAVSDK receives the valid packets, whole."""
-        entry, now_s = self._peers.get(peer), self._now_s()
+    def receive(self, data: bytes, peer: PeerAddress, waited_s: float = 0.0, /) -> None:
+        """Process bytes of a link that came ``waited_s`` ago, in real seconds; MAVSDK receives the valid packets."""
+        entry, now_s = self._peers.get(peer), self._time_ago_s(waited_s)
         if not self.intake.admits(len(data), peer, entry.budget if entry is not None else None, now_s):
             return
         if entry is None:
@@ -78,7 +79,7 @@ class Wire:
         for message in messages:
             packet = bytes(message.get_msgbuf())
             self._record(packet)
-            if self._note(message, peer):
+            if self._note(message, peer, now_s):
                 self._deliver(packet)
 
     def route(self, system_id: int, component_id: int, peer: PeerAddress) -> None:

@@ -58,9 +58,10 @@ class _Listener:
         self._clock = clock
         self.endpoints: dict[int, Endpoint] = {}
 
-    def receive(self, data: bytes, peer: PeerAddress) -> None:
-        self._traffic.feed(data, peer, self._clock.now_s())
-        self._session.feed(data, peer, self._clock.now_s())
+    def receive(self, data: bytes, peer: PeerAddress, waited_s: float = 0.0, /) -> None:
+        now_s = self._clock.now_s() - waited_s
+        self._traffic.feed(data, peer, now_s)
+        self._session.feed(data, peer, now_s)
         self._flush()
 
     async def listen(self, until_s: float) -> None:
@@ -113,7 +114,11 @@ async def _listen_elsewhere(
     traffic = Traffic({})
     hosts = [address.host for address in addresses if address.kind == "udpin"]
     taken = {address.port for address in addresses}
-    opener = LinkOpener(stack, tasks, clock, lambda data, peer: traffic.feed(data, peer, clock.now_s()), _ignore)
+
+    def receive(data: bytes, peer: PeerAddress, waited_s: float = 0.0, /) -> None:
+        traffic.feed(data, peer, clock.now_s() - waited_s)
+
+    opener = LinkOpener(stack, tasks, clock, receive, _ignore)
     for number, port in enumerate(_USUAL_PORTS):
         if hosts and port not in taken:
             try:
