@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from aos_drivers.links.boot_time import BOOT_TIMED_IDS, boot_ms_of
 from aos_drivers.links.framing import FrameParser
 from aos_drivers.links.packet import LazyMessage
 from tests.fakes.mavlink_vehicle import FakeVehicle
@@ -68,6 +69,19 @@ def test_a_message_is_decoded_only_when_it_is_read() -> None:
     assert "lat" not in vars(message)
     assert message.lat == message.to_dict()["lat"]
     assert "lat" in vars(message)
+
+
+def test_the_time_since_boot_is_read_without_decoding() -> None:
+    encoder = mavlink.MAVLink(None, srcSystem=7, srcComponent=1)
+    for message_id in BOOT_TIMED_IDS:
+        kind = mavlink.mavlink_map[message_id]
+        for start, v1 in ((b"\x01\x02\x03\x84", False), (b"\x01\x02\x00\x00", False), (b"", False), (b"\xff", True)):
+            content = start if start and start[-1] else start.rstrip(b"\0") or b"\0"
+            packet = packed(kind, content.ljust(kind.unpacker.size, b"\0") if v1 else content, encoder, v1=v1)
+            (message,) = FrameParser().feed(packet)
+            boot_ms = boot_ms_of(message)
+            assert "time_boot_ms" not in vars(message)
+            assert boot_ms == message.time_boot_ms == int.from_bytes(start, "little")
 
 
 def test_a_field_named_like_an_attribute_of_all_messages_is_read() -> None:

@@ -31,5 +31,6 @@ def time_in_socket_s(ancillary: Sequence[tuple[int, int, bytes]], longest_s: flo
     for level, kind, data in ancillary:
         if level == socket.SOL_SOCKET and kind == _SO_TIMESTAMPNS and len(data) == _TIME.size:
             seconds, nanoseconds = _TIME.unpack(data)
-            return min(max(0.0, machine_utc_s() - float(seconds) - float(nanoseconds) * 1e-9), longest_s)
+            time_s: float = machine_utc_s() - seconds - nanoseconds * 1e-9
+            return min(max(0.0, time_s), longest_s)
     return 0.0

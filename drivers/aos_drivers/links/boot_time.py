@@ -5,7 +5,8 @@ from __future__ import annotations
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 BOOT_TIMED_IDS = frozenset({mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT, mavlink.MAVLINK_MSG_ID_ATTITUDE})
-"""Messages that hold the time since boot."""
+"""Messages that hold the time since boot, as the first of their fields."""
+_FIELD_BYTES = 4
 REBOOT_MARGIN_MS = 2000
 """A packet that is older than the newest one by more than this is late, or of another boot."""
 SAME_BOOT_S = 3.0
@@ -66,6 +67,13 @@ class BootTime:
         if self.booted_at_s is None or former.booted_at_s is None:
             return False
         return self.booted_at_s > max(former.booted_at_s + SAME_BOOT_S, former_heard_at_s - SLACK_S)
+
+
+def boot_ms_of(message: mavlink.MAVLink_message) -> int:
+    """Return the time since boot (ms) of a received message of ``BOOT_TIMED_IDS``, without decoding the message."""
+    packet = message.get_msgbuf()
+    start = mavlink.HEADER_LEN_V2 if packet[0] == mavlink.PROTOCOL_MARKER_V2 else mavlink.HEADER_LEN_V1
+    return int.from_bytes(packet[start : start + min(packet[1], _FIELD_BYTES)], "little")  # MAVLink 2 cuts zeros off
 
 
 def _is_same_boot(one: tuple[int, float], other: tuple[int, float]) -> bool:

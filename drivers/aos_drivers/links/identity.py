@@ -199,6 +199,8 @@ class Identity:
 
     def questions(self, now_s: float) -> list[PeerAddress]:
         """Return the addresses at which to request the board's identity now."""
+        if len(self._sightings) < 2:
+            return []
         living = {key: entry for key, entry in self._sightings.items() if now_s - entry.heard_at_s <= MEMORY_S}
         if len(living) < 2:
             return []

@@ -61,7 +61,8 @@ class PeerTable:
         self._signers = signers
         self._in_use = in_use
         self._peers: dict[PeerAddress, _Peer] = {}
-        self._outgoing: list[Outgoing] = []
+        self.outgoing: list[Outgoing] = []
+        """Packets to send."""
         self.intake = Intake()
 
     def __len__(self) -> int:
@@ -111,11 +112,11 @@ class PeerTable:
             self._signers[peer.link].prepare(entry.encoder)
         packet = message.pack(entry.encoder)
         entry.encoder.seq = (entry.encoder.seq + 1) % 256
-        self._outgoing.append(Outgoing(packet, peer))
+        self.outgoing.append(Outgoing(packet, peer))
 
     def take_outgoing(self) -> list[Outgoing]:
         """Return and forget the packets to send."""
-        outgoing, self._outgoing = self._outgoing, []
+        outgoing, self.outgoing = self.outgoing, []
         return outgoing
 
     @property

@@ -65,7 +65,8 @@ class MavlinkFleet:
         """Process bytes of a link that came ``waited_s`` ago, in real seconds."""
         clock = self._context.clock
         self._handle(self._session.feed(data, peer, clock.now_s() - waited_s * clock.speed))
-        self._flush()
+        if self._session.has_outgoing:
+            self._flush()
 
     async def run(self) -> None:
         """Do due work until cancelled."""
@@ -84,12 +85,14 @@ class MavlinkFleet:
 
     def _handle(self, events: list[Event]) -> None:
         for event in events:
+            if isinstance(event, PacketReceived):
+                packet, vehicle_id = event
+                if self._recorder is not None:
+                    self._recorder.write(packet, self._context.clock.utc_s())
+                if vehicle_id is not None:
+                    self._changes[vehicle_id].announce()
+                continue
             match event:
-                case PacketReceived(packet, vehicle_id):
-                    if self._recorder is not None:
-                        self._recorder.write(packet, self._context.clock.utc_s())
-                    if vehicle_id is not None:
-                        self._changes[vehicle_id].announce()
                 case VehicleFound(record):
                     changes = self._changes[record.vehicle_id] = Changes(self._context.clock)
                     access = VehicleAccess(record, self._send, changes, record.host_of)

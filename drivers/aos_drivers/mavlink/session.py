@@ -12,7 +12,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.frames.settings import CameraPlan
 from aos_drivers.links.address import PeerAddress
-from aos_drivers.links.boot_time import BOOT_TIMED_IDS
+from aos_drivers.links.boot_time import BOOT_TIMED_IDS, boot_ms_of
 from aos_drivers.links.former import FormerOwner
 from aos_drivers.links.framing import without_signature
 from aos_drivers.links.heartbeat import HEARTBEAT_PERIOD_S, OUR_COMPONENT_ID, is_autopilot_heartbeat, our_heartbeat
@@ -136,6 +136,11 @@ class MavlinkSession:
         if peer is not None:
             self._peers.send(message, peer)
 
+    @property
+    def has_outgoing(self) -> bool:
+        """Whether there are packets to send."""
+        return bool(self._peers.outgoing)
+
     def take_outgoing(self) -> list[Outgoing]:
         """Return and forget the packets to send."""
         return self._peers.take_outgoing()
@@ -243,7 +248,7 @@ class MavlinkSession:
             if is_moved:
                 record.streams.restart()  # rates are a matter of each of the vehicle's links
                 self._events.append(Notice(Severity.INFO, f"is now reached at {peer}", record.vehicle_id))
-            if message_id in BOOT_TIMED_IDS and record.identity.hear_boot_time(peer, message.time_boot_ms, now_s):
+            if message_id in BOOT_TIMED_IDS and record.identity.hear_boot_time(peer, boot_ms_of(message), now_s):
                 record.restart()
                 self._events.append(Notice(Severity.WARNING, "has restarted", record.vehicle_id))
             record.take_telemetry(message, now_s)

@@ -23,10 +23,10 @@ class TelemetryDelay:
     ours at times, with answers that come at once.
     """
 
-    __slots__ = ("_delay_s", "_is_boot_clock", "_told_at_s", "is_late")
+    __slots__ = ("_delay_s", "_told_at_s", "is_boot_clock", "is_late")
 
     def __init__(self) -> None:
-        self._is_boot_clock = False
+        self.is_boot_clock = False
         """Whether TIMESYNC tells the time since boot."""
         self._delay_s = 0.0
         self._told_at_s: float | None = None
@@ -38,11 +38,11 @@ class TelemetryDelay:
         round_trip_s = clock.last_round_trip_s
         if arrival_offset_s is None or clock.offset_s is None or round_trip_s is None or round_trip_s > _PROMPT_S:
             return
-        self._is_boot_clock = abs(clock.offset_s - arrival_offset_s) <= _SAME_CLOCK_S
+        self.is_boot_clock = abs(clock.offset_s - arrival_offset_s) <= _SAME_CLOCK_S
 
     def hear(self, boot_s: float, now_s: float, clock: ClockEstimator) -> None:
         """Note a message with its time since boot."""
-        if not self._is_boot_clock or clock.offset_s is None:
+        if not self.is_boot_clock or clock.offset_s is None:
             return
         delay_s = min(now_s - (boot_s - clock.offset_s), clock.longest_delay_s(now_s))
         self._delay_s = delay_s if delay_s >= _LEAST_S else 0.0

@@ -10,7 +10,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from aos_drivers.frames.errors import FrameCounts
 from aos_drivers.frames.settings import CameraSettings
 from aos_drivers.links.address import PeerAddress
-from aos_drivers.links.boot_time import BOOT_TIMED_IDS
+from aos_drivers.links.boot_time import BOOT_TIMED_IDS, boot_ms_of
 from aos_drivers.links.former import FormerOwner
 from aos_drivers.links.framing import without_signature
 from aos_drivers.links.identity import Identity
@@ -25,7 +25,7 @@ from aos_drivers.vehicle.delay import TelemetryDelay
 from aos_drivers.vehicle.exchange import Exchange
 from aos_drivers.vehicle.status_text import StatusTexts, is_about_arming
 from aos_drivers.vehicle.streams import OneTimeRequests, StreamKeeper
-from aos_drivers.vehicle.telemetry import Telemetry, has_no_position
+from aos_drivers.vehicle.telemetry import MOST_UNREAD, REPORT_IDS, Telemetry, has_no_position
 from aos_drivers.vehicle.timesync import ClockEstimator
 from aos_drivers.vehicle.transaction import CommandTransaction
 from aos_gcs.ports import ComponentLink, FlightMode, LinkQuality, Notice, Severity, VehicleState
@@ -65,7 +65,9 @@ class VehicleRecord:
         camera = camera or CameraSettings()
         self.target = target
         self.autopilot: AutopilotDialect = dialect_of(heartbeat)
-        self.telemetry = Telemetry()
+        self._telemetry = Telemetry()
+        self._unread: list[tuple[mavlink.MAVLink_message, float]] = []
+        """Reports that are not taken in yet, with the times when they were sent."""
         self.control = ControlWatch()
         self.identity = Identity() if former is None else former.identity
         self.ownership = Ownership(self.identity) if former is None else former.ownership
@@ -97,6 +99,15 @@ class VehicleRecord:
     def vehicle_id(self) -> int:
         """The MAVLink system id."""
         return self.target.system_id
+
+    @property
+    def telemetry(self) -> Telemetry:
+        """Latest values. Reports wait until somebody asks, at most 32 of them, and are taken in as of their arrival."""
+        if self._unread:
+            unread, self._unread = self._unread, []
+            for message, sent_at_s in unread:
+                self._telemetry.update(message, sent_at_s)
+        return self._telemetry
 
     @property
     def route(self) -> ComponentRoute:
@@ -170,8 +181,9 @@ class VehicleRecord:
 
     def watch_delay(self, message: mavlink.MAVLink_message, now_s: float) -> None:
         """Find out how long the autopilot's messages are on their way; call it before ``hear``."""
-        if message.get_srcComponent() == self.target.component_id and message.get_msgId() in BOOT_TIMED_IDS:
-            self.delay.hear(message.time_boot_ms / 1e3, now_s, self.clock)
+        is_timed = self.delay.is_boot_clock and message.get_msgId() in BOOT_TIMED_IDS
+        if is_timed and message.get_srcComponent() == self.target.component_id:
+            self.delay.hear(boot_ms_of(message) / 1e3, now_s, self.clock)
 
     def take_timesync(self, message: mavlink.MAVLink_timesync_message, now_s: float) -> None:
         """Update the estimate of the vehicle's clock."""
@@ -193,7 +205,7 @@ class VehicleRecord:
 
     def restart(self) -> None:
         """Forget what does not survive a reboot of the autopilot, and request it again."""
-        self.telemetry = self.telemetry.after_restart()
+        self._telemetry = self.telemetry.after_restart()
         self.clock, self.delay = ClockEstimator(), TelemetryDelay()
         self.streams.restart()
         self._request_facts()
@@ -232,12 +244,14 @@ class VehicleRecord:
 
     def take_telemetry(self, message: mavlink.MAVLink_message, now_s: float) -> None:
         """Update telemetry and control from a message of the autopilot."""
-        telemetry, sent_at_s = self.telemetry, self.delay.sent_at_s(now_s)
-        telemetry.update(message, sent_at_s)
-        message_id = message.get_msgId()
-        if message_id not in _TARGET_IDS:
+        message_id, sent_at_s = message.get_msgId(), self.delay.sent_at_s(now_s)
+        if message_id in REPORT_IDS:
+            self._unread.append((message, sent_at_s))
+        if message_id not in _TARGET_IDS and len(self._unread) < MOST_UNREAD:
             return
-        self.control.hear_target()
+        telemetry = self.telemetry
+        if message_id in _TARGET_IDS:
+            self.control.hear_target()
         if message_id == mavlink.MAVLINK_MSG_ID_POSITION_TARGET_GLOBAL_INT:
             if telemetry.target is not None and telemetry.target.at_s == sent_at_s:
                 self.control.take_target(telemetry.target.position, now_s)
@@ -266,10 +280,7 @@ class VehicleRecord:
         )
         if is_camera and (self.camera is None or component_id < self.camera.component_id):
             self.camera = CameraRecord(component_id)
-            for wanted_id in (
-                mavlink.MAVLINK_MSG_ID_CAMERA_INFORMATION,
-                mavlink.MAVLINK_MSG_ID_CAMERA_CAPTURE_STATUS,
-            ):
+            for wanted_id in (_CAMERA_INFORMATION, mavlink.MAVLINK_MSG_ID_CAMERA_CAPTURE_STATUS):
                 self.requests.want(component_id, wanted_id, _PAUSE_S, _ATTEMPTS)
 
     def due_requests(self, now_s: float) -> Iterator[tuple[int, int, tuple[float, ...]]]:

@@ -17,6 +17,8 @@ from aos_gcs.geometry.heights import AboveHomeM, AmslM, amsl_above_home_m
 from aos_gcs.ports import FlightMode, LandedState
 
 _UNKNOWN_UINT16 = 0xFFFF
+MOST_UNREAD = 32
+"""Messages that wait until somebody asks for what they report."""
 _ORDER_S = 2.0
 """Time for which an older position does not replace a newer one; after that, the vehicle's clock may have jumped."""
 _RELATIVE_FRAMES = frozenset({mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT, mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT})
@@ -323,3 +325,5 @@ _HANDLERS: dict[int, _Handler] = {
     mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS: _take_estimator,
     mavlink.MAVLINK_MSG_ID_POSITION_TARGET_GLOBAL_INT: _take_target,
 }
+REPORT_IDS = frozenset(_HANDLERS)
+"""Messages that change telemetry."""

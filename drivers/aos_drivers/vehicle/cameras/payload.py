@@ -15,7 +15,7 @@ from aos_drivers.frames.poses.gimbal import gimbal_attitude
 from aos_drivers.frames.poses.mount import Carrier
 from aos_drivers.frames.poses.track import Motion, PoseTrack
 from aos_drivers.frames.settings import CameraSettings
-from aos_drivers.vehicle.telemetry import position_from_e7
+from aos_drivers.vehicle.telemetry import MOST_UNREAD, position_from_e7
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.geometry.heights import AmslM
 from aos_gcs.geometry.rotations import R_from_yaw_pitch_roll
@@ -35,16 +35,40 @@ class ShutterReport:
 
 
 class PayloadRecord:
-    """The motion of one vehicle, its clock and its latest exposure. Survives reboots of the vehicle."""
+    """The motion of one vehicle, its clock and its latest exposure. Survives reboots of the vehicle.
 
-    __slots__ = ("clock", "latest_report", "reports", "track")
+    Motion and times are taken in when somebody asks for what they change, in the order of their arrival and as of then;
+    at most 32 of them wait for that.
+    """
+
+    __slots__ = ("_clock", "_track", "_unread", "latest_report", "reports")
 
     def __init__(self) -> None:
-        self.track = PoseTrack()
-        self.clock = BootClock()
+        self._track = PoseTrack()
+        self._clock = BootClock()
+        self._unread: list[tuple[mavlink.MAVLink_message, float]] = []
+        """Messages that are not taken in yet, with their times of arrival."""
         self.latest_report: ShutterReport | None = None
         self.reports = 0
         """Number of reports received: indices start again when the vehicle restarts."""
+
+    @property
+    def track(self) -> PoseTrack:
+        """Motion of the vehicle and its gimbal."""
+        self._take_in()
+        return self._track
+
+    @property
+    def clock(self) -> BootClock:
+        """Clock of the vehicle."""
+        self._take_in()
+        return self._clock
+
+    def _take_in(self) -> None:
+        if self._unread:
+            unread, self._unread = self._unread, []
+            for message, now_s in unread:
+                _HANDLERS[message.get_msgId()](self._track, self._clock, message, now_s)
 
     def boot_now_s(self, now_s: float, timesync_offset_s: float | None) -> float | None:
         """Return the vehicle's time since boot; None before it has reported one."""
@@ -56,40 +80,21 @@ class PayloadRecord:
     ) -> None:
         """Update from a message of the vehicle; most are ignored."""
         message_id = message.get_msgId()
-        if message_id == mavlink.MAVLINK_MSG_ID_GIMBAL_DEVICE_ATTITUDE_STATUS:
+        if of_autopilot and message_id in _HANDLERS:
+            self._unread.append((message, now_s))
+            if len(self._unread) >= MOST_UNREAD:
+                self._take_in()
+        elif message_id == mavlink.MAVLINK_MSG_ID_GIMBAL_DEVICE_ATTITUDE_STATUS:
             # A separate gimbal has its own clock: the time of arrival is used.
             boot_now_s = self.boot_now_s(now_s, timesync_offset_s)
             at_s = message.time_boot_ms / 1e3 if of_autopilot else boot_now_s
             if at_s is not None:
                 self._take_gimbal(message, at_s)
-        elif of_autopilot and message_id in _HANDLERS:
-            _HANDLERS[message_id](self, message, now_s)
         elif of_autopilot and message_id in _REPORTS:
             boot_now_s = self.boot_now_s(now_s, timesync_offset_s)
             if boot_now_s is not None:
                 self.latest_report = _REPORTS[message_id](message, self.clock, boot_now_s)
                 self.reports += 1
-
-    def take_position(self, message: mavlink.MAVLink_global_position_int_message, now_s: float) -> None:
-        """Update position and velocity of the vehicle."""
-        boot_s = message.time_boot_ms / 1e3
-        self.clock.hear_boot(boot_s, now_s)
-        position = position_from_e7(message.lat, message.lon, AmslM(message.alt / 1000))
-        if position is not None:
-            velocity_enu_mps = (message.vy / 100, message.vx / 100, -message.vz / 100)
-            self.track.add_motion(boot_s, Motion(position, velocity_enu_mps))
-
-    def take_attitude(self, message: mavlink.MAVLink_attitude_message, now_s: float) -> None:
-        """Update the attitude of the vehicle."""
-        boot_s = message.time_boot_ms / 1e3
-        self.clock.hear_boot(boot_s, now_s)
-        angles_rad = (message.yaw, message.pitch, message.roll)
-        if all(map(math.isfinite, angles_rad)):
-            self.track.add_attitude(boot_s, angles_rad)
-
-    def take_system_time(self, message: mavlink.MAVLink_system_time_message, _now_s: float) -> None:
-        """Update the vehicle's time of day."""
-        self.clock.hear_utc(message.time_unix_usec / 1e6, message.time_boot_ms / 1e3)
 
     def _take_gimbal(self, message: mavlink.MAVLink_gimbal_device_attitude_status_message, at_s: float) -> None:
         try:
@@ -111,6 +116,31 @@ def motion_rates_hz(settings: CameraSettings) -> dict[int, float]:
     if settings.mount.carrier is Carrier.GIMBAL:
         rates[mavlink.MAVLINK_MSG_ID_GIMBAL_DEVICE_ATTITUDE_STATUS] = settings.pose_hz
     return rates
+
+
+def _take_position(
+    track: PoseTrack, clock: BootClock, message: mavlink.MAVLink_global_position_int_message, now_s: float
+) -> None:
+    boot_s = message.time_boot_ms / 1e3
+    clock.hear_boot(boot_s, now_s)
+    position = position_from_e7(message.lat, message.lon, AmslM(message.alt / 1000))
+    if position is not None:
+        velocity_enu_mps = (message.vy / 100, message.vx / 100, -message.vz / 100)
+        track.add_motion(boot_s, Motion(position, velocity_enu_mps))
+
+
+def _take_attitude(track: PoseTrack, clock: BootClock, message: mavlink.MAVLink_attitude_message, now_s: float) -> None:
+    boot_s = message.time_boot_ms / 1e3
+    clock.hear_boot(boot_s, now_s)
+    angles_rad = (message.yaw, message.pitch, message.roll)
+    if all(map(math.isfinite, angles_rad)):
+        track.add_attitude(boot_s, angles_rad)
+
+
+def _take_system_time(
+    _track: PoseTrack, clock: BootClock, message: mavlink.MAVLink_system_time_message, _now_s: float
+) -> None:
+    clock.hear_utc(message.time_unix_usec / 1e6, message.time_boot_ms / 1e3)
 
 
 def _from_feedback(
@@ -144,12 +174,12 @@ def _from_image_captured(
     )
 
 
-_HANDLERS: dict[int, Callable[[PayloadRecord, mavlink.MAVLink_message, float], None]] = {
-    mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT: PayloadRecord.take_position,
-    mavlink.MAVLINK_MSG_ID_ATTITUDE: PayloadRecord.take_attitude,
-    mavlink.MAVLINK_MSG_ID_SYSTEM_TIME: PayloadRecord.take_system_time,
-}
 _REPORTS: dict[int, Callable[[mavlink.MAVLink_message, BootClock, float], ShutterReport]] = {
     mavlink.MAVLINK_MSG_ID_CAMERA_FEEDBACK: _from_feedback,
     mavlink.MAVLINK_MSG_ID_CAMERA_IMAGE_CAPTURED: _from_image_captured,
+}
+_HANDLERS: dict[int, Callable[[PoseTrack, BootClock, mavlink.MAVLink_message, float], None]] = {
+    mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT: _take_position,
+    mavlink.MAVLINK_MSG_ID_ATTITUDE: _take_attitude,
+    mavlink.MAVLINK_MSG_ID_SYSTEM_TIME: _take_system_time,
 }
