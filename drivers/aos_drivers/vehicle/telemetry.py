@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import lru_cache
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
@@ -177,7 +176,6 @@ class Telemetry:
             handler(self, message, now_s)
 
 
-@lru_cache(maxsize=1)  # the vehicle's telemetry and its track of poses read the same message, one after the other
 def position_from_e7(latitude_e7: int, longitude_e7: int, altitude_amsl_m: AmslM) -> GeodeticPosition | None:
     """Return the position of MAVLink's integers (1e-7 degrees), or None for what means "unknown" or is none."""
     if (latitude_e7 == 0 and longitude_e7 == 0) or not math.isfinite(altitude_amsl_m):
