@@ -35,7 +35,8 @@ RECEIVER_OFFSET_M = 6.0
 BAROMETER_DRIFT_MPS = 0.05
 TAKEN_OVER = 2
 """System id of the vehicle that a pilot takes over."""
-LEFT_ALONE_S = 15.0
+LEFT_ALONE_S = 10.0
+"""Time after which it is given back: an ArduCopter without a remote control sinks by 2.5 m/s in LOITER."""
 
 SEARCHED = ("searched", "MISSION", "--json", "--raster", "pod.tif", "--gaps", "gaps.geojson")
 INSPECTED = ("inspect", "MISSION", "--truth", "world.json", "--truth-report", "report.json")
