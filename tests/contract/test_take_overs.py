@@ -92,7 +92,9 @@ async def test_a_pilots_mode_is_a_take_over_and_nothing_is_repeated(implementati
             assert bench.swarm.vehicle(1).autopilot.custom_mode() == mode
             with pytest.raises(CommandRefusedError, match="taken over: its mode changed to"):
                 await vehicle.execute(Goto(bench.frame.to_geodetic((0.0, 5.0, 10.0)), 5.0), bench.after(30.0))
+            assert vehicle.state.taken_over
             vehicle.reclaim()
+            assert vehicle.state.taken_over == "", "at once, before the next packet"
             await vehicle.execute(Goto(bench.frame.to_geodetic((0.0, 5.0, 10.0)), 5.0), bench.after(30.0))
             assert vehicle.state.taken_over == ""
 

@@ -89,7 +89,7 @@ class VehicleRecord:
         self.heard_at_s: float | None = None
         """Time of the autopilot's last packet: a companion's must not hide that the autopilot is silent."""
         self._packets = 0
-        self._snapshot: tuple[int, float, VehicleState] | None = None
+        self._snapshot: tuple[tuple[int, str, bool], float, VehicleState] | None = None
         """Packets heard and time when it was made, and the state."""
         self.was_ambiguous = False
         self._stranger_told_at_s = -math.inf
@@ -319,14 +319,16 @@ class VehicleRecord:
     def state(self, now_s: float) -> VehicleState:
         """Return the snapshot that crosses the port: made anew when a packet has come, and when it gets old.
 
-        The mission asks for it hundreds of times between two packets.
+        The mission asks for it hundreds of times between two packets. What a command or ``reclaim`` changes shows at
+        once.
         """
+        made_from = (self._packets, self.control.reason, self.control.has_pilot)
         if self._snapshot is not None:
-            packets, made_at_s, state = self._snapshot
-            if packets == self._packets and 0.0 <= now_s - made_at_s < _SNAPSHOT_LIFE_S:
+            former, made_at_s, state = self._snapshot
+            if former == made_from and 0.0 <= now_s - made_at_s < _SNAPSHOT_LIFE_S:
                 return state
         state = self._state_now(now_s)
-        self._snapshot = self._packets, now_s, state
+        self._snapshot = made_from, now_s, state
         return state
 
     def _state_now(self, now_s: float) -> VehicleState:
