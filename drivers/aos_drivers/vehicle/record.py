@@ -319,17 +319,15 @@ class VehicleRecord:
     def state(self, now_s: float) -> VehicleState:
         """Return the snapshot that crosses the port: made anew when a packet has come, and when it gets old.
 
-        The mission asks for it hundreds of times between two packets. What a command or ``reclaim`` changes shows at
-        once.
+        The mission asks for it hundreds of times between two packets; what ``reclaim`` changes shows at once.
         """
         made_from = (self._packets, self.control.reason, self.control.has_pilot)
         if self._snapshot is not None:
             former, made_at_s, state = self._snapshot
             if former == made_from and 0.0 <= now_s - made_at_s < _SNAPSHOT_LIFE_S:
                 return state
-        state = self._state_now(now_s)
-        self._snapshot = made_from, now_s, state
-        return state
+        self._snapshot = made_from, now_s, self._state_now(now_s)
+        return self._snapshot[-1]
 
     def _state_now(self, now_s: float) -> VehicleState:
         telemetry = self.telemetry
