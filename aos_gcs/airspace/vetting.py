@@ -1,6 +1,7 @@
 """Vetting of waypoints: each planned waypoint is sent, shortened or held, never sent unchecked.
 
-A vehicle flies the straight segment from where it is to its waypoint. Two rules keep the checks consistent:
+A vehicle flies the straight segment from where it is to its waypoint. One that is too fast for that, so that its turn
+would enter the margin of a boundary, is held until it is slow enough. Two rules keep the checks consistent:
 
 - Vehicles are vetted by ascending id. A segment keeps its distance to the segments admitted before, and to where all
   other vehicles are now, go on to, and would come to a stop, so that holding stays safe for vehicles that are vetted
@@ -24,6 +25,7 @@ from aos_gcs.airspace.polygon import Boundary, edges, edges_met
 from aos_gcs.airspace.separation import admissible_fraction
 from aos_gcs.airspace.terrain import GroundRaster
 from aos_gcs.airspace.traffic import ALL_ADMITTED, MIN_MOVE_M, Admission, Obstacle, Traffic, WaypointRequest
+from aos_gcs.airspace.turning import boundary_met
 from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict, as_enu_point
 
 FloatArray = NDArray[np.float64]
@@ -87,7 +89,8 @@ def _far(moving: Sequence[WaypointRequest], boundaries: Sequence[Boundary], traf
         return _Far(frozenset(), frozenset())
     starts_enu_m = np.array([request.position_enu_m for request in moving], dtype=np.float64)
     ends_enu_m = np.array([request.requested_enu_m for request in moving], dtype=np.float64)
-    lengths_m = np.hypot(*(ends_enu_m - starts_enu_m)[:, :2].T)
+    stops_enu_m = np.array([one.position_enu_m if one.stop_enu_m is None else one.stop_enu_m for one in moving])
+    lengths_m = np.hypot(*(ends_enu_m - starts_enu_m)[:, :2].T) + np.hypot(*(stops_enu_m - starts_enu_m)[:, :2].T)
     from_edges = np.ones(len(moving), dtype=np.bool_)
     for boundary in boundaries:
         from_edges &= boundary.depths_m(starts_enu_m[:, :2]) - lengths_m > max(boundary.margin_m, BACK_OFF_M)
@@ -98,7 +101,7 @@ def _far(moving: Sequence[WaypointRequest], boundaries: Sequence[Boundary], traf
 
 def _vet_segment(
     request: WaypointRequest,
-    boundaries: Sequence[Boundary],
+    boundaries: tuple[Boundary, ...],
     traffic: Traffic,
     limits: SafetyLimits,
     looked_at: tuple[_Far, Admission],
@@ -113,15 +116,19 @@ def _vet_segment(
     if request.vehicle_id not in far.traffic:
         admissions.append(traffic.admissible(request.vehicle_id, start, end))
     admission = min(admissions, key=lambda admission: admission.fraction)
-    if admission.fraction >= 1.0:
-        return WaypointRecord(request.vehicle_id, as_enu_point(end), as_enu_point(end), WaypointVerdict.SENT, "")
-    length_m = float(np.linalg.norm(end - start))
-    flown_m = admission.fraction * length_m - BACK_OFF_M
-    if flown_m < MIN_MOVE_M:
-        return _held(request, admission.reason)
-    sent = as_enu_point(start + flown_m / length_m * (end - start))
-    reason = f"shortened to {flown_m:.1f} of {length_m:.1f} m: {admission.reason}"
-    return WaypointRecord(request.vehicle_id, as_enu_point(end), sent, WaypointVerdict.SHORTENED, reason)
+    sent, verdict, reason = end, WaypointVerdict.SENT, ""
+    if admission.fraction < 1.0:
+        length_m = float(np.linalg.norm(end - start))
+        flown_m = admission.fraction * length_m - BACK_OFF_M
+        if flown_m < MIN_MOVE_M:
+            return _held(request, admission.reason)
+        sent, verdict = start + flown_m / length_m * (end - start), WaypointVerdict.SHORTENED
+        reason = f"shortened to {flown_m:.1f} of {length_m:.1f} m: {admission.reason}"
+    if request.vehicle_id not in far.boundaries and request.stop_enu_m is not None:
+        met = boundary_met(start[:2], request.stop_enu_m[:2], sent[:2], boundaries)
+        if met is not None:
+            return replace(_held(request, f"it is too fast to turn there clear of {met.name}"), is_unfit=True)
+    return WaypointRecord(request.vehicle_id, as_enu_point(end), as_enu_point(sent), verdict, reason)
 
 
 def _reason_to_hold(request: WaypointRequest, limits: SafetyLimits) -> str:  # noqa: PLR0911 - one line per reason

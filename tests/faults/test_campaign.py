@@ -84,6 +84,26 @@ BELOW_A_GRANTED_WAY = Scenario(
     stops_at_first=False,
     zones_enu_m=(((-1.7, 15.9), (6.8, 15.9), (6.8, 19.5), (-1.7, 19.5)),),
 )
+BESIDE_ZONES = [
+    Scenario(
+        seed,
+        "px4",
+        6,
+        errors,
+        spacing_m,
+        upload_fence=False,
+        faults=(),
+        mode=SearchMode.CONTINUOUS,
+        is_long=True,
+        stops_at_first=False,
+        zones_enu_m=(zone,),
+        splits=True,
+    )
+    for seed, errors, spacing_m, zone in (
+        (910259, "rtk", 2.9, ((-3.1, 56.0), (4.4, 56.0), (4.4, 58.7), (-3.1, 58.7))),
+        (910313, "none", 3.0, ((1.3, 46.4), (6.9, 46.4), (6.9, 50.7), (1.3, 50.7))),
+    )
+]
 CALM = Scenario(0, "arducopter", 2, "none", 2.5, upload_fence=False, faults=())
 
 
@@ -101,6 +121,14 @@ def test_a_random_mission_with_random_faults_ends_safely(seed: int) -> None:
 
 @pytest.mark.parametrize("scenario", [BESIDE_A_PILOT, BELOW_A_GRANTED_WAY], ids=lambda scenario: str(scenario.seed))
 def test_a_mission_in_which_two_vehicles_came_too_close_ends_safely(scenario: Scenario) -> None:
+    verdict = fly(scenario)
+    assert not verdict.violations, describe(verdict)
+    assert not verdict.refused, describe(verdict)
+
+
+@pytest.mark.slow  # a unit test of vetting has the same turns
+@pytest.mark.parametrize("scenario", BESIDE_ZONES, ids=lambda scenario: str(scenario.seed))
+def test_a_line_that_forms_anew_in_flight_keeps_the_margins_of_zones(scenario: Scenario) -> None:
     verdict = fly(scenario)
     assert not verdict.violations, describe(verdict)
     assert not verdict.refused, describe(verdict)
