@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 from playwright.async_api import Page, expect
 
@@ -33,6 +35,10 @@ async def test_german_is_chosen_heard_and_kept(service: Service, page: Page, pag
     await wait_for(page, "() => window.spoken.length > 0")  # it speaks after it has drawn
     spoken = await page.evaluate("window.spoken")
     assert spoken == [["de", "Drohne 4: Funk seit 12 s verloren: Ihre Notfunktion fliegt sie. Funkverbindung prüfen"]]
+    requested: list[str] = []
+    page.on("request", lambda request: requested.append(request.url))
     await page.reload()
     await expect(page.get_by_test_id("connection")).to_have_text("Verbunden")
+    languages = [url for url in requested if re.search(r"/assets/(english|german)-", url)]
+    assert [re.sub(r".*/(\w+)-.*", r"\1", url) for url in languages] == ["german"]
     assert page_record.errors == []

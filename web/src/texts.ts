@@ -5,7 +5,7 @@
  * module, since the language may change.
  */
 import { readStored, store } from "./storage";
-import { english } from "./texts/english";
+import type { english } from "./texts/english";
 import { type StationText, translator } from "./texts/station";
 
 /** The same tree with any strings: what a translation has to provide. */
@@ -17,7 +17,7 @@ type Translated<T> = T extends string
 
 export type Texts = Translated<typeof english>;
 
-/** A language, as one file of `texts` exports it. */
+/** A language, as it is loaded; only the chosen one is. */
 export interface Catalogue {
   readonly texts: Texts;
   /** Texts of the station in English, with names for what it fills in, and their translations. */
@@ -31,13 +31,14 @@ export type Language = (typeof LANGUAGES)[number];
 export const LANGUAGE_NAMES: Readonly<Record<Language, string>> = { en: "English", de: "Deutsch" };
 
 const LOADERS: Readonly<Record<Language, () => Promise<Catalogue>>> = {
-  en: () => Promise.resolve({ texts: english, station: [] }),
+  en: async () => ({ texts: (await import("./texts/english")).english, station: [] }),
   de: async () => (await import("./texts/german")).german,
 };
 
 const KEY = "aos-gcs-language";
 
-export let texts: Texts = english;
+/** None before the first {@link chooseLanguage}, for which the page waits. */
+export let texts!: Texts;
 let chosen: Language = "en";
 let translate = translator([]);
 

@@ -8,7 +8,7 @@ import type { MapLayer, Overlay } from "./layer";
 type LayerName = keyof typeof texts.map.layer;
 const isSwitchable = (id: string): id is LayerName => Object.hasOwn(texts.map.layer, id);
 
-const KINDS = Object.keys(texts.names.picture) as PictureKind[];
+const kinds = (): PictureKind[] => Object.keys(texts.names.picture) as PictureKind[];
 const OPACITY = 0.85;
 
 export interface LayerChoice {
@@ -122,12 +122,12 @@ function PictureChoice({ choice, onChange }: Pick<Props, "choice" | "onChange">)
           data-testid="map-picture"
           value={choice.kind ?? ""}
           onChange={(event) => {
-            const kind = KINDS.find((one) => one === event.currentTarget.value) ?? null;
+            const kind = kinds().find((one) => one === event.currentTarget.value) ?? null;
             onChange({ ...choice, kind });
           }}
         >
           <option value="">{texts.map.noPicture}</option>
-          {KINDS.map((kind) => (
+          {kinds().map((kind) => (
             <option key={kind} value={kind}>
               {texts.names.picture[kind]}
             </option>

@@ -8,9 +8,11 @@ import { useShell } from "../shell/context";
 import type { ViewName } from "../shell/route";
 import type { EnuPoint } from "../state/state";
 import { texts } from "../texts";
+import { usePart } from "../ui/part";
 import { chooseBasemap, SUFFIX } from "./chosen_basemap";
 import type { MapLayer, Overlay } from "./layer";
-import { type Camera, hasWebGl, MapView } from "./view";
+import { MAP_LIBRARY, type MapView } from "./library";
+import type { Camera } from "./view";
 
 interface Props {
   /** Layers, bottom up. Other objects redraw the map from scratch: make them once. */
@@ -32,18 +34,19 @@ export function MapPanel({ layers, overlay = null, extent = [], lookAt = null, c
   const container = useRef<HTMLDivElement>(null);
   const view = useRef<MapView | null>(null);
   const [isPossible] = useState(hasWebGl);
+  const library = usePart(MAP_LIBRARY);
   const { mission } = state;
   const origin = mission?.origin ?? null;
   const hasOrigin = origin !== null;
   const [cursor, setCursor] = useState<{ enu: EnuPoint; lngLat: LngLat } | null>(null);
 
   useEffect(() => {
-    if (!isPossible || !container.current || !mission || !origin) return undefined;
+    if (!isPossible || !library || !container.current || !mission || !origin) return undefined;
     const missionId = mission.mission_id;
     const { view: name } = route;
     const last = lastCameras.get(name);
     const camera = last?.missionId === missionId ? last.camera : null;
-    const made = new MapView(container.current, origin, theme, camera, { onCursor: setCursor });
+    const made = new library.MapView(container.current, origin, theme, camera, { onCursor: setCursor });
     view.current = made;
     return () => {
       if (made.camera !== null) lastCameras.set(name, { missionId, camera: made.camera });
@@ -51,7 +54,7 @@ export function MapPanel({ layers, overlay = null, extent = [], lookAt = null, c
       view.current = null;
     };
     // The view is made once there is an origin; later changes reach it by update().
-  }, [hasOrigin, isPossible]);
+  }, [hasOrigin, isPossible, library]);
 
   useEffect(() => {
     if (!mission || !origin) return;
@@ -62,7 +65,7 @@ export function MapPanel({ layers, overlay = null, extent = [], lookAt = null, c
 
   useEffect(() => {
     if (lookAt !== null) view.current?.lookAt(lookAt);
-  }, [lookAt?.join(), hasOrigin]);
+  }, [lookAt?.join(), hasOrigin, library]);
 
   return (
     <section
@@ -101,6 +104,11 @@ export function MapPanel({ layers, overlay = null, extent = [], lookAt = null, c
       )}
     </section>
   );
+}
+
+/** Whether the browser can draw the map. */
+function hasWebGl(): boolean {
+  return document.createElement("canvas").getContext("webgl2") !== null;
 }
 
 /** Show a base map that is dropped; other files are left to the view. */

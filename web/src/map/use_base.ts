@@ -5,8 +5,8 @@ import { untilAnswered } from "../api/persistence";
 import { useShell } from "../shell/context";
 import { useChosenBasemap } from "./chosen_basemap";
 import type { MapLayer } from "./layer";
-import { openBasemap } from "./layers/basemap";
 import { faintGridLayer, gridLayer } from "./layers/grid";
+import { BASEMAP_LIBRARY } from "./library";
 import { useReliefLayers } from "./use_relief";
 
 interface Opened {
@@ -42,6 +42,7 @@ async function open(isWanted: () => boolean): Promise<Opened | null> {
   const url = (await untilAnswered(readBasemap, isWanted))?.url ?? null;
   if (url === null || url === last?.url) return url === null ? null : last;
   try {
+    const { openBasemap } = await BASEMAP_LIBRARY.load();
     return { url, layer: await openBasemap(url) };
   } catch (error) {
     console.warn("The base map cannot be shown.", error);

@@ -1,4 +1,5 @@
 /** MapLibre map with its layers. Nothing is loaded from other machines. */
+import "maplibre-gl/dist/maplibre-gl.css";
 import maplibregl, { type Map as MapLibreMap, type StyleSpecification } from "maplibre-gl";
 import type { Geodetic, Mission, Position } from "../api/types";
 import { boundsOf, type LngLat, toEnu, toLngLat } from "../geometry";
@@ -22,11 +23,6 @@ export interface Camera {
 const FIT_MARGIN_M = 8;
 /** Zoom that shows some hundred metres. */
 const NEAR_ZOOM = 19;
-
-/** Whether the browser can draw the map. */
-export function hasWebGl(): boolean {
-  return document.createElement("canvas").getContext("webgl2") !== null;
-}
 
 export class MapView {
   private readonly map: MapLibreMap;

@@ -23,6 +23,7 @@ import { Header } from "./header";
 import { HoldAll } from "./hold_all";
 import { useKeys, useRoute, useStoreState } from "./hooks";
 import type { KeyCommand } from "./keys";
+import { LoadedView } from "./loaded_view";
 import { Nav } from "./nav";
 import { Question } from "./question";
 import { isViewOfSurveys, openUnnamed, routeHash } from "./route";
@@ -31,7 +32,6 @@ import { SignIn } from "./sign_in";
 import { Toast } from "./toast";
 import { useAlerts } from "./use_alerts";
 import { useSession } from "./use_session";
-import { VIEWS } from "./views";
 import { storedVoice, storeVoice } from "./voice";
 
 export function App({ store, stream }: { store: Store; stream: HoldStream }) {
@@ -125,7 +125,6 @@ export function App({ store, stream }: { store: Store; stream: HoldStream }) {
   };
   useKeys(execute);
 
-  const View = VIEWS[route.view];
   return (
     <ShellContext.Provider value={shell}>
       <DialogCorner.Provider value={mayCommand && <HoldAll testId="dialog-hold-all" onHoldAll={commands.holdAll} />}>
@@ -170,7 +169,7 @@ export function App({ store, stream }: { store: Store; stream: HoldStream }) {
             aria-label={texts.nav.view[route.view]}
           >
             <Boundary key={`${route.view} ${mission?.mission_id ?? ""}`}>
-              <View />
+              <LoadedView name={route.view} />
             </Boundary>
           </main>
           {(route.view !== "fly" || !mayCommand) && <Toast commands={commands} />}

@@ -109,6 +109,7 @@ export const english = {
     label: "Views",
     view: VIEW,
     key: (key: string) => `Key ${key}`,
+    loading: "Loading the view …",
     broken: "This view failed. The other views still work, and so does HOLD ALL. Select the view again to retry.",
   },
   dialog: { close: "Close the window" },

@@ -98,6 +98,7 @@ const texts: Texts = {
       decide: "Funde",
     },
     key: (key) => `Taste ${key}`,
+    loading: "Ansicht wird geladen …",
     broken:
       "Diese Ansicht ist ausgefallen. Die anderen Ansichten und ALLE HALTEN funktionieren weiter. Ansicht erneut wählen, um es noch einmal zu versuchen.",
   },

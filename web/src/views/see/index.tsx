@@ -26,7 +26,7 @@ const RESTING_MS = 300;
 
 type Chosen = keyof typeof texts.see.kind;
 
-const CHOICES = Object.keys(texts.see.kind) as Chosen[];
+const choices = (): Chosen[] => Object.keys(texts.see.kind) as Chosen[];
 
 export function SeeView() {
   const { state, route, isSurvey } = useShell();
@@ -78,7 +78,7 @@ export function SeeView() {
           <Choice
             label={texts.see.panel}
             testId="picture"
-            values={CHOICES}
+            values={choices()}
             chosen={kind}
             labels={texts.see.kind}
             onChoose={setKind}

@@ -8,7 +8,7 @@ import { Choice } from "../../ui/choice";
 import { Dialog } from "../../ui/dialog";
 
 const THUMBNAIL_PX = 320;
-const KINDS = Object.keys(texts.names.frame) as FrameKind[];
+const frameKinds = (): FrameKind[] => Object.keys(texts.names.frame) as FrameKind[];
 
 interface Props {
   missionId: string;
@@ -20,7 +20,7 @@ export function Mosaic({ missionId, step, frames }: Props) {
   const [chosen, setChosen] = useState<FrameKind>("colour");
   const [enlargedId, setEnlargedId] = useState<number | null>(null);
   // A camera of one kind shows that, whatever was chosen for others.
-  const offered = KINDS.filter((one) => frames.some(({ kinds }) => kinds.includes(one)));
+  const offered = frameKinds().filter((one) => frames.some(({ kinds }) => kinds.includes(one)));
   const kind = offered.includes(chosen) ? chosen : (offered[0] ?? chosen);
   const shown = frames.filter((frame) => frame.kinds.includes(kind));
   const enlarged = shown.find((frame) => frame.vehicle_id === enlargedId);
@@ -29,7 +29,7 @@ export function Mosaic({ missionId, step, frames }: Props) {
       <Choice
         label={texts.see.frameKinds}
         testId="frame-kind"
-        values={KINDS}
+        values={frameKinds()}
         chosen={kind}
         labels={texts.names.frame}
         onChoose={setChosen}
