@@ -12,50 +12,18 @@ from itertools import islice, product
 from pathlib import Path
 from typing import Final
 
+from tests.unit import station_sources
+
 PACKAGES: Final = ("aos_gcs", "drivers/aos_drivers")
-NOT_TO_OPERATORS: Final = ("aos_gcs/cli/", "aos_gcs/lab/", "aos_gcs/scripting.py")
-"""Sources that speak to whoever types commands or writes programs, which is in English."""
 _SPEAKING: Final = {
     **dict.fromkeys(("notice", "Notice"), ((1, "\0"),)),
-    **dict.fromkeys(("MissionError", "Refusal", "ViewerBusyError"), ((0, "\0"),)),
-    **dict.fromkeys(("CommandRefusedError", "CommandTimeoutError", "MissionFailedError"), ((0, "\0"),)),
-    **dict.fromkeys(("NotFoundError", "TooLargeError", "TooManyChecksError", "TooManyGuessesError"), ((0, "\0"),)),
-    **dict.fromkeys(("AccountError", "InvitationError", "NotInControlError", "RoleError"), ((0, "\0"),)),
-    **dict.fromkeys(("ObserverError", "SignInRequiredError", "WrongCodeError", "OutdatedError"), ((0, "\0"),)),
+    "Refusal": ((0, "\0"),),
     "operator_notice": ((1, "7: \0"),),
     "PlanProblem": ((1, "\0"),),
     "_all_members": ((0, "\0"),),
     "_result": ((2, "\0"),),
 }
-"""Position of the text among the arguments, and what is said of it, by what is called."""
-_ERRORS: Final = dict.fromkeys(("ConfigurationError", "ImagingError", "InputDataError", "ParameterError"), ((0, "\0"),))
-_ERRORS_REACH_THE_PAGE: Final = (
-    "aos_gcs/api/",
-    "aos_gcs/elevation/",
-    "aos_gcs/exports/ground_files.py",
-    "aos_gcs/extras.py",
-    "aos_gcs/handover/",
-    "aos_gcs/height_rasters.py",
-    "aos_gcs/imaging/focal_plane.py",
-    "aos_gcs/imaging/focus/",
-    "aos_gcs/mission/",
-    "aos_gcs/planning/",
-    "aos_gcs/prior/",
-    "aos_gcs/runtime/searched_ground.py",
-    "aos_gcs/runtime/step_views.py",
-    "aos_gcs/runtime/wall_video.py",
-    "aos_gcs/sharing/tak/marks.py",
-    "aos_gcs/store/operation.py",
-    "aos_gcs/store/replay.py",
-    "aos_gcs/swarm/",
-    "aos_gcs/wall/",
-)
-"""Sources whose errors the API answers with: of plans, terrain, priors, views, downloads, findings, accounts."""
-_ERRORS_OF_OTHERS: Final = (
-    *("aos_gcs/api/basemap_file.py", "aos_gcs/api/tls.py"),
-    *("aos_gcs/planning/legs.py", "aos_gcs/planning/pod_proposal.py", "aos_gcs/planning/proposal.py"),
-)
-"""Of these, sources whose errors only come at the start of the station, or where it is wrong itself."""
+"""Position of the text among the arguments, and what is said of it, by what is called; errors come beside these."""
 _RESULTS: Final = {"passed", "failed", "warned"}
 """Functions that make results of preflight checks, of texts and remedies."""
 _TEXT_PARAMETERS: Final = {"text", "reason", "problem", "message", "what"}
@@ -71,19 +39,15 @@ Speaking = dict[str, tuple[tuple[int, str], ...]]
 
 
 def said_texts(root: Path) -> dict[str, set[str]]:
-    """Return the texts of all sources below a folder, by the path of the source."""
+    """Return the texts of all sources of stations below a folder, by the path of the source."""
     paths = sorted(path for package in PACKAGES for path in (root / package).rglob("*.py"))
-    named = {path.relative_to(root).as_posix(): path for path in paths}
+    trees = {path.relative_to(root).as_posix(): ast.parse(path.read_text(encoding="utf-8")) for path in paths}
+    errors = station_sources.errors(trees)
     found = {
-        name: set(_Module(ast.parse(path.read_text(encoding="utf-8")), with_errors=_reaches_the_page(name)).texts())
-        for name, path in named.items()
-        if not name.startswith(NOT_TO_OPERATORS)
+        name: set(_Module(trees[name], station_sources.reaching_the_page(name, errors)).texts())
+        for name in sorted(station_sources.of_stations(trees))
     }
     return {name: texts for name, texts in found.items() if texts}
-
-
-def _reaches_the_page(name: str) -> bool:
-    return name.startswith(_ERRORS_REACH_THE_PAGE) and not name.startswith(_ERRORS_OF_OTHERS)
 
 
 def _called(call: ast.Call) -> str:
@@ -149,10 +113,10 @@ def _fixed(value: ast.expr, known: Mapping[str, list[ast.expr]]) -> ast.expr:
 
 
 class _Module:
-    def __init__(self, tree: ast.Module, *, with_errors: bool) -> None:
+    def __init__(self, tree: ast.Module, errors: frozenset[str]) -> None:
         functions = [node for node in ast.walk(tree) if isinstance(node, Function)]
         self._functions = {function.name: function for function in functions}
-        self._speaking: Speaking = _SPEAKING | (_ERRORS if with_errors else {})
+        self._speaking: Speaking = _SPEAKING | dict.fromkeys(errors, ((0, "\0"),))
         for function in functions:
             if function.name not in self._speaking and (said := tuple(self._learned(function))):
                 self._speaking[function.name] = said

@@ -31,4 +31,13 @@ export const sharing: readonly StationText[] = [
   ["Finding {id}: anomaly", "Fund {id}: Anomalie"],
   ["Picture left out: {reason}", "Bild ausgelassen: {reason}"],
   ["A window is left out: {reason}", "Ein Fenster ist ausgelassen: {reason}"],
+  ["None of the {count} images can be read: {reason}", "Keines der {count} Bilder ist lesbar: {reason}"],
+  [
+    "The pictures see ground over {width} km, more than {limit} km: check the height of the ground and the field of view, and put each flight into a folder of its own, or choose its pictures with --frames.",
+    "Die Bilder zeigen Boden über {width} km, mehr als {limit} km: Höhe des Bodens und Sichtfeld prüfen und jeden Flug in einen eigenen Ordner legen oder seine Bilder mit --frames wählen.",
+  ],
+  [
+    "No image was taken above the terrain: check that both are in the same world.",
+    "Kein Bild wurde über dem Gelände aufgenommen: prüfen, ob beide dasselbe Koordinatensystem haben.",
+  ],
 ];

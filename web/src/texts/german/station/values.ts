@@ -76,11 +76,6 @@ export const values: readonly StationText[] = [
     "Der Höhenbereich muss endlich und aufsteigend sein, ist aber {least} bis {greatest} m.",
   ],
   [
-    "The range of offsets must be finite and ascending, got {least} to {greatest} m.",
-    "Der Bereich der Versätze muss endlich und aufsteigend sein, ist aber {least} bis {greatest} m.",
-  ],
-  ["The region to focus on does not lie on the terrain.", "Der Bereich zum Fokussieren liegt nicht auf dem Gelände."],
-  [
     "The focal height must be a finite number of metres, got {value}.",
     "Die Fokushöhe muss eine endliche Zahl in Metern sein, ist aber {value}.",
   ],
