@@ -17,6 +17,8 @@ from tests.contract.vehicle_bench import DriverBench, open_driver, pairs
 
 each_pair = pairs(("mavsdk", "px4"), fake=False)
 PILOT_MODES = {"arducopter": (CopterMode.LOITER, CopterMode.POSHOLD), "px4": (Px4Mode.POSITION,)}
+OUR_MODES = {"arducopter": CopterMode.GUIDED, "px4": Px4Mode.HOLD}
+"""Modes in which vehicles fly to our waypoints."""
 FOLLOWS_S = 8.0
 """Longer than any command waits before it is repeated."""
 
@@ -100,9 +102,9 @@ async def test_a_pilots_mode_is_a_take_over_and_nothing_is_repeated(implementati
 
 
 @each_pair
-@pytest.mark.parametrize("flown_by", [Goto, ReturnToLaunch])
+@pytest.mark.parametrize(("flown_by", "holds"), [(Goto, False), (ReturnToLaunch, False), (ReturnToLaunch, True)])
 async def test_a_waypoint_does_not_overrule_a_pilot_whom_no_heartbeat_has_shown_yet(
-    implementation: str, autopilot: str, flown_by: type[Command]
+    implementation: str, autopilot: str, flown_by: type[Command], holds: bool
 ) -> None:
     async with open_driver(implementation, autopilot, vehicles=1) as bench:
         vehicle = await flown_by_us(bench)
@@ -110,7 +112,7 @@ async def test_a_waypoint_does_not_overrule_a_pilot_whom_no_heartbeat_has_shown_
             await vehicle.execute(ReturnToLaunch(), bench.after(30.0))
         # A heartbeat of before the pilot's change is on its way.
         await bench.clock.sleep(3.0)
-        (mode, *_) = PILOT_MODES[autopilot]
+        mode = OUR_MODES[autopilot] if holds else PILOT_MODES[autopilot][0]
         select_mode(bench, mode)
         assert vehicle.state.taken_over == ""
         with pytest.raises(CommandRefusedError):

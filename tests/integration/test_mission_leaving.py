@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Callable
 from types import UnionType
 
@@ -151,6 +152,29 @@ async def test_a_vehicle_that_descends_already_is_not_sent_up_again() -> None:
         await run
     assert flight.fleet.members[1].commands[-1] == ReturnToLaunch()
     assert flight.fleet.members[2].commands[-1] == Land()
+    assert [flight.task(number) for number in (1, 2, 3, 4)] == [Task.LANDED] * 4
+
+
+@pytest.mark.parametrize("others_fly", [True, False])
+async def test_a_vehicle_that_was_just_ordered_to_land_is_not_sent_home(others_fly: bool) -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.view.steps()) == 2)
+        if not others_fly:
+            for number in (1, 3, 4):
+                await flight.fleet.members[number].execute(ReturnToLaunch(), 0.0)  # as their failsafes would
+        # Its heartbeats tell its former mode while the order is on its way.
+        vehicle = flight.fleet.members[2]
+        vehicle.silent_since_s = flight.clock.now_s()
+        landing = asyncio.create_task(flight.commands.act(Action.LAND, (2,)))
+        await flight.clock.sleep(0.05)
+        await flight.commands.act(Action.RETURN, None)
+        await flight.clock.sleep(0.5)
+        vehicle.silent_since_s = None
+        await landing
+        await run
+    assert not any(isinstance(command, Goto) for command in vehicle.commands[vehicle.commands.index(Land()) :])
+    assert vehicle.commands[-1] == Land()
     assert [flight.task(number) for number in (1, 2, 3, 4)] == [Task.LANDED] * 4
 
 

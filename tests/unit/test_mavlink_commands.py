@@ -197,6 +197,21 @@ async def test_a_newer_command_supersedes_the_one_that_waits() -> None:
         assert len(vehicle.sent(REPOSITION)) == sent
 
 
+@pytest.mark.parametrize("make", [copter, px4])
+async def test_a_waypoint_that_follows_a_landing_at_once_ends_it(make: type) -> None:
+    """The heartbeat before it tells the mode before the landing, in which a waypoint would need no change of mode."""
+    vehicle = make(flying=True)
+    async with open_network(vehicle) as network:
+        landing = asyncio.create_task(network.vehicle().execute(Land(), 10.0))
+        await network.clock.sleep(0.02)
+        assert vehicle.sent(SET_MODE)
+        assert network.vehicle().state.mode is not FlightMode.LAND
+        await network.vehicle().execute(GOTO, 10.0)
+        with pytest.raises(CommandRefusedError, match="superseded"):
+            await landing
+    assert [message.param2 for message in vehicle.sent(REPOSITION)] == [1.0], "with a change of mode"
+
+
 async def test_a_newer_command_of_the_same_value_supersedes_too() -> None:
     vehicle = copter(flying=True)
     vehicle.obeys = lambda _message: None

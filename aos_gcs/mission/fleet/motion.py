@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from aos_gcs.mission.fleet.roster import Member
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.planning.settings import FlightSettings
-from aos_gcs.ports import Goto
+from aos_gcs.ports import Goto, Land
 
 FloatArray = NDArray[np.float64]
 
@@ -58,3 +58,8 @@ def is_ours(member: Member, tasks: frozenset[Task]) -> bool:
 def why_left(member: Member) -> str:
     """Return why a vehicle is not sent to a waypoint that was planned for it."""
     return f"held: it left the swarm ({member.task}, mode {member.state.mode_name or member.state.mode})"
+
+
+def is_told_to_land(member: Member) -> bool:
+    """Return whether a vehicle lands by its latest order, though its mode may not show that yet."""
+    return member.task is Task.LANDING and isinstance(member.last_command, Land)

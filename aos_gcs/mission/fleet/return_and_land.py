@@ -12,6 +12,7 @@ from aos_gcs.airspace.spacing import landing_spots, spread_apart
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.fleet.jump_watch import DOUBT_LASTS_S
 from aos_gcs.mission.fleet.launch_columns import in_launch_columns
+from aos_gcs.mission.fleet.motion import is_told_to_land
 from aos_gcs.mission.fleet.roster import Member
 from aos_gcs.mission.fleet.vehicle_tasks import VehicleTasks
 from aos_gcs.mission.model.actions import Refusal
@@ -61,8 +62,8 @@ class ReturnAndLand:
         self._take_over_all()
         context.journal.set_message("Returning: flying home in the altitude layers.")
         await self._land_in_launch_columns()
-        able = [m for m in self._still_flying() if self._can_fly_home(m) and not m.position_doubt_m]
-        for member in able:
+        to_fly = [m for m in self._still_flying() if not m.position_doubt_m and not is_told_to_land(m)]
+        for member in (able := [member for member in to_fly if self._can_fly_home(member)]):
             context.roster.assign(member, Task.RETURNING)
         await self._fly(able, self._climb)
         await self._fly(able, self._above_home)
@@ -291,7 +292,8 @@ class ReturnAndLand:
     def _is_astray(self, member: Member) -> bool:
         """Return whether a vehicle obeys a return but hovers elsewhere than above its landing place."""
         place_enu_m = self._above_home(member)
-        return member.obeys_return and (place_enu_m is None or not self._context.flight.is_at(member, place_enu_m))
+        is_there = place_enu_m is not None and self._context.flight.is_at(member, place_enu_m)
+        return member.obeys_return and not is_there and not is_told_to_land(member)
 
     async def _fly(self, members: list[Member], place_of: Callable[[Member], NDArray[np.float64] | None]) -> None:
         requests = {m.vehicle_id: place_enu_m for m in members if (place_enu_m := place_of(m)) is not None}

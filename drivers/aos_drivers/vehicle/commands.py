@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from aos_drivers.vehicle.autopilots.base import Step, command_long
+from aos_drivers.vehicle.autopilots.base import Step, ask_mode, command_long
 from aos_drivers.vehicle.control import Climb
 from aos_drivers.vehicle.record import VehicleRecord
 from aos_drivers.vehicle.transaction import Answer, CommandTransaction, result_text
@@ -46,13 +46,12 @@ class CommandRunner:
     async def run(self, command: Command, deadline_s: float) -> None:
         """See ``Vehicle.execute``."""
         self._check_vehicle(command)
-        now_s, control = self._clock.now_s(), self._record.control
-        steps = self._record.autopilot.steps(command, self._record.target, self._record.telemetry, now_s)
+        control = self._record.control
+        steps = self._steps(command)
         self._newest = command
         self._generation += 1
         self._changes.announce()
         generation, takeovers = self._generation, control.takeovers
-        self._begin(command)
 
         def check() -> None:
             self._check_vehicle(command)
@@ -64,6 +63,13 @@ class CommandRunner:
             if control.takeovers != takeovers:
                 raise self._refusal(f"was taken over: {control.reason}. {type(command).__name__} is not repeated")
 
+        if isinstance(command, Goto) and self._must_ask_mode():
+            # Until then the command before it explains modes: a pilot's Hold is not taken for that of a waypoint.
+            await self._run_step(ask_mode(self._record.target, self._clock.now_s()), check, deadline_s, is_last=False)
+            if control.is_mode_doubtful:
+                raise self._refusal(f"reports {self._record.telemetry.mode_name}, as if a pilot had chosen it")
+            steps = self._steps(command)
+        self._begin(command)
         for step in steps:
             await self._run_step(step, check, deadline_s, is_last=step is steps[-1])
         target = self._record.telemetry.target
@@ -72,6 +78,16 @@ class CommandRunner:
             self._clock.now_s(),
             has_target=isinstance(command, Goto | Hold),
         )
+
+    def _steps(self, command: Command) -> list[Step]:
+        record = self._record
+        return record.autopilot.steps(command, record.target, record.telemetry, self._clock.now_s())
+
+    def _must_ask_mode(self) -> bool:
+        """Whether a waypoint waits for a new heartbeat, since it would have to change the mode, or may have to."""
+        record = self._record
+        flown_in = record.autopilot.modes_by_command.get(Goto, frozenset())
+        return record.control.is_mode_outdated or record.telemetry.mode_name not in flown_in
 
     def _begin(self, command: Command) -> None:
         """Tell the watch of the vehicle's control which modes, and which target, are ours from now on."""

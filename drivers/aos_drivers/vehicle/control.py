@@ -126,6 +126,16 @@ class ControlWatch:
         """Time from which reported targets are judged; None while a command is on its way."""
         self._strange_reports = 0
 
+    @property
+    def is_mode_outdated(self) -> bool:
+        """Whether the latest heartbeat has another mode than those that the newest command leads to."""
+        return bool(self._modes) and self._mode_name not in self._modes
+
+    @property
+    def is_mode_doubtful(self) -> bool:
+        """Whether it has, though an earlier one had one of them: it is late, or somebody has changed the mode since."""
+        return self.is_mode_outdated and self._shown_at_s is not None
+
     def begin(self, modes: frozenset[str], target: GeodeticPosition | None, climb: Climb | None = None) -> None:
         """Note that a command is sent which explains ``modes``, and flies to ``target``, or on top of a ``climb``."""
         self._older_modes = self._older_modes | self._modes | {self._mode_name}

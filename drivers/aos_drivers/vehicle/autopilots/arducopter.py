@@ -15,7 +15,6 @@ from aos_drivers.vehicle.autopilots.base import (
     MulticopterDialect,
     Step,
     Target,
-    ask_mode,
     command_long,
     deviation,
     has_position_and_home,
@@ -118,8 +117,8 @@ class ArduCopterDialect(MulticopterDialect):
         ArduCopter ignores the speed of DO_REPOSITION and takes the one of WPNAV_SPEED whenever it enters GUIDED, so the
         speed comes afterwards. What it acknowledges it has taken over: its own target is not needed as evidence, and
         that of 4.7-dev (September 2025) is a hundred times too near to its origin. To a vehicle in GUIDED it is sent
-        without the change of mode: where a pilot has left GUIDED since the last heartbeat, it is refused. In another
-        mode the next heartbeat is waited for. A heading comes after the place, which ends the one before.
+        without the change of mode: where a pilot has left GUIDED since the last heartbeat, it is refused. A heading
+        comes after the place, which ends the one before.
         """
         evidence = GotoEvidence(command.position, telemetry, now_s, is_echo_reliable=False)
         changes_mode = telemetry.mode is not FlightMode.GUIDED
@@ -128,7 +127,6 @@ class ArduCopterDialect(MulticopterDialect):
         )
         message = reposition(command, target, changes_mode=changes_mode)
         return [
-            *([ask_mode(target, now_s)] if changes_mode else []),
             Step("goto", message, evidence, REPEAT_S, needs_acceptance=True),
             *([] if command.heading_rad is None else [_turn(command.heading_rad, target)]),
             Step("change its speed", change_speed, lambda _state, _now_s: True, needs_acceptance=True),

@@ -174,7 +174,7 @@ class MulticopterDialect(AutopilotDialect):
         return self.set_mode(FlightMode.HOLD, target)
 
     def goto(self, command: Goto, target: Target, telemetry: Telemetry, now_s: float) -> list[Step]:
-        """Return the steps that make the vehicle fly to a position."""
+        """Return the steps that make the vehicle fly to a position; its mode is known where the waypoint changes it."""
         evidence = GotoEvidence(command.position, telemetry, now_s)
         return [Step("goto", reposition(command, target), evidence, REPEAT_S)]
 

@@ -14,7 +14,6 @@ from aos_drivers.vehicle.autopilots.base import (
     MulticopterDialect,
     Step,
     Target,
-    ask_mode,
     command_long,
     deviation,
     has_position_and_home,
@@ -125,14 +124,14 @@ class Px4Dialect(MulticopterDialect):
 
         In Hold it is sent without the change of mode, which would overrule a pilot who has taken over since the last
         heartbeat, and cancel a failsafe. PX4 1.14 to 1.16 answer that it is unsupported, and fly there, in Hold and in
-        no other mode; newer ones acknowledge it. In another mode the next heartbeat is waited for.
+        no other mode; newer ones acknowledge it.
         """
         evidence = GotoEvidence(command.position, telemetry, now_s)
         if telemetry.mode_name == _HOLD_NAME:
             ignored = frozenset({mavlink.MAV_RESULT_UNSUPPORTED})
             message = reposition(command, target, changes_mode=False)
             return [Step("goto", message, evidence, REPEAT_S, ignored_results=ignored)]
-        return [ask_mode(target, now_s), Step("goto", reposition(command, target), evidence, REPEAT_S)]
+        return [Step("goto", reposition(command, target), evidence, REPEAT_S)]
 
     def stop(self, target: Target, now_s: float) -> Step:
         """See the base class.
