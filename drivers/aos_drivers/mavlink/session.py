@@ -106,9 +106,7 @@ class MavlinkSession:
                 self._take_text(record, severity, text, now_s)
             self._watch_identity(record, now_s)
             self._ask(record, now_s)
-            notice = record.delay_notice(now_s)
-            if notice is not None:
-                self._events.append(notice)
+            self._events += record.notices(now_s)
         for system_id, former in self._former.items():
             for peer in former.identity.questions(now_s):
                 self._peers.send(version_request(Target(system_id, mavlink.MAV_COMP_ID_AUTOPILOT1)), peer)

@@ -128,7 +128,8 @@ class MavsdkFleet:
                 vehicle.poll(now_s)
                 self._watch_identity(vehicle_id, now_s)
                 record = self._records[vehicle_id]
-                self._notify(record.delay_notice(now_s))
+                for notice in record.notices(now_s):
+                    self._context.notify(notice)
                 for peer in record.identity.questions(now_s):
                     wire.send_to_peer(peer, version_request(record.target))
                 if (sent_ns := record.clock.poll(now_s)) is not None:

@@ -23,6 +23,7 @@ from aos_drivers.vehicle.cameras.payload import PayloadRecord, motion_rates_hz
 from aos_drivers.vehicle.control import ControlWatch
 from aos_drivers.vehicle.delay import TelemetryDelay
 from aos_drivers.vehicle.exchange import Exchange
+from aos_drivers.vehicle.failures import ReportFailures
 from aos_drivers.vehicle.status_text import StatusTexts, is_about_arming
 from aos_drivers.vehicle.streams import OneTimeRequests, StreamKeeper
 from aos_drivers.vehicle.telemetry import MOST_UNREAD, REPORT_IDS, Telemetry, has_no_position
@@ -76,7 +77,8 @@ class VehicleRecord:
         self.streams = StreamKeeper(rates_hz, self.autopilot.stock_stream_ids)
         self.requests = OneTimeRequests()
         self.camera: CameraRecord | None = None
-        self.payload = PayloadRecord()
+        self.failures = ReportFailures()
+        self.payload = PayloadRecord(self.failures)
         self.frames = FrameCounts(camera.source)
         self.transactions: dict[CommandTransaction, None] = {}
         """Commands that await an acknowledgement."""
@@ -105,8 +107,7 @@ class VehicleRecord:
         """Latest values. Reports wait until somebody asks, at most 32 of them, and are taken in as of their arrival."""
         if self._unread:
             unread, self._unread = self._unread, []
-            for message, sent_at_s in unread:
-                self._telemetry.update(message, sent_at_s)
+            self.failures.take_in(unread, self._telemetry.update)
         return self._telemetry
 
     @property
@@ -190,12 +191,12 @@ class VehicleRecord:
         self.clock.on_message(message, now_s)
         self.delay.compare(self.payload.clock.offset_s(), self.clock)
 
-    def delay_notice(self, now_s: float) -> Notice | None:
-        """Return the notice that telemetry begins to come late, or in time again."""
-        text = self.delay.change(now_s)
-        if text is None:
-            return None
-        return Notice(Severity.WARNING if self.delay.is_late else Severity.INFO, text, self.vehicle_id)
+    def notices(self, now_s: float) -> Iterator[Notice]:
+        """Yield what is new: that telemetry begins to come late, or in time again, or cannot be read."""
+        if (text := self.delay.change(now_s)) is not None:
+            yield Notice(Severity.WARNING if self.delay.is_late else Severity.INFO, text, self.vehicle_id)
+        if (text := self.failures.text(now_s)) is not None:
+            yield Notice(Severity.CRITICAL, text, self.vehicle_id)
 
     def count_unknown(self, component_id: int, sequence: int, peer: PeerAddress) -> None:
         """Count a packet of an unknown message. Its checksum cannot be tested, so it is used for nothing else."""

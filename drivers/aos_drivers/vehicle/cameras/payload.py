@@ -15,6 +15,7 @@ from aos_drivers.frames.poses.gimbal import gimbal_attitude
 from aos_drivers.frames.poses.mount import Carrier
 from aos_drivers.frames.poses.track import Motion, PoseTrack
 from aos_drivers.frames.settings import CameraSettings
+from aos_drivers.vehicle.failures import ReportFailures
 from aos_drivers.vehicle.telemetry import MOST_UNREAD, position_from_e7
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.geometry.heights import AmslM
@@ -41,9 +42,10 @@ class PayloadRecord:
     at most 32 of them wait for that.
     """
 
-    __slots__ = ("_clock", "_track", "_unread", "latest_report", "reports")
+    __slots__ = ("_clock", "_failures", "_track", "_unread", "latest_report", "reports")
 
-    def __init__(self) -> None:
+    def __init__(self, failures: ReportFailures) -> None:
+        self._failures = failures
         self._track = PoseTrack()
         self._clock = BootClock()
         self._unread: list[tuple[mavlink.MAVLink_message, float]] = []
@@ -67,8 +69,10 @@ class PayloadRecord:
     def _take_in(self) -> None:
         if self._unread:
             unread, self._unread = self._unread, []
-            for message, now_s in unread:
-                _HANDLERS[message.get_msgId()](self._track, self._clock, message, now_s)
+            self._failures.take_in(unread, self._take)
+
+    def _take(self, message: mavlink.MAVLink_message, now_s: float) -> None:
+        _HANDLERS[message.get_msgId()](self._track, self._clock, message, now_s)
 
     def boot_now_s(self, now_s: float, timesync_offset_s: float | None) -> float | None:
         """Return the vehicle's time since boot; None before it has reported one."""

@@ -46,6 +46,14 @@ export const vehicles: readonly StationText[] = [
     "vehicle {id} does not {exchange} in time: check link and vehicle",
     "Drohne {id} antwortet nicht rechtzeitig ({exchange}): Funk und Drohne prüfen",
   ],
+  [
+    "vehicle {id} reports {mode}, as if a pilot had chosen it",
+    "Drohne {id} meldet {mode}, als hätte ein Pilot es gewählt",
+  ],
+  [
+    "this station cannot read some of its reports ({name}: {error}), {count} so far. The others count: compare what is shown with the vehicle, and return it if in doubt",
+    "die Bodenstation kann einige ihrer Meldungen nicht lesen ({name}: {error}), bisher {count}. Die anderen zählen: Anzeige mit der Drohne vergleichen, im Zweifel zurückkehren lassen",
+  ],
   ["vehicle {id} cannot go there: {problem}", "Drohne {id} kann nicht dorthin: {problem}"],
   ["it is not flying, take off first", "sie fliegt nicht, zuerst starten"],
   ["latitude and longitude 0 mean an unknown position", "Breite und Länge 0 bedeuten eine unbekannte Position"],
