@@ -35,13 +35,17 @@ def _get_mission(connection: HTTPConnection) -> MissionView:
     return cast("MissionView", connection.app.state.mission)
 
 
+def _get_commands(connection: HTTPConnection) -> MissionCommands | None:
+    return cast("MissionCommands | None", connection.app.state.commands)
+
+
 def commands_of(connection: HTTPConnection) -> MissionCommands:
     """Return the commands to the mission.
 
     Raises:
         MissionError: it is only shown.
     """
-    commands = cast("MissionCommands | None", connection.app.state.commands)
+    commands = _get_commands(connection)
     if commands is None:
         raise MissionError("This service only shows a mission: it cannot be commanded or changed.")
     return commands
@@ -116,6 +120,7 @@ SeenState = Annotated[Seen, Depends(require_seen)]
 SeenStateIfAny = Annotated[Seen | None, Depends(_get_seen)]
 Mission = Annotated[MissionView, Depends(_get_mission)]
 Commands = Annotated[MissionCommands, Depends(commands_of)]
+CommandsIfAny = Annotated[MissionCommands | None, Depends(_get_commands)]
 FindingChanges = Annotated[FindingCommands, Depends(_get_finding_commands)]
 Hub = Annotated[EventHub, Depends(_get_hub)]
 

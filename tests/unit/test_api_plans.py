@@ -126,6 +126,23 @@ async def test_a_plan_is_applied_and_shown_until_the_start(client: httpx.AsyncCl
     assert (late.status_code, late.json()["id"]) == (409, "action_not_allowed")
 
 
+async def test_a_plan_that_does_not_say_whether_the_swarm_splits_leaves_it_as_it_is(
+    client: httpx.AsyncClient, mission: ScriptedMission
+) -> None:
+    large = PLAN | {"vehicles": 10}
+    assert (await client.post("/api/plan/apply", json=large | {"split": True})).status_code == 200
+    assert (await client.post("/api/plan/apply", json=large)).json()["split"]
+    assert mission.settings.search.split
+    (few,) = (one for one in (await check(client, vehicles=2)).problems if one.field == "split")
+    assert not few.blocking
+
+    assert (await client.put("/api/plans/old", json=large)).status_code == 200
+    assert (await client.get("/api/plans/old")).json()["split"]
+    assert (await client.post("/api/plan/apply", json=large | {"split": False})).status_code == 200
+    assert not mission.settings.search.split
+    assert not (await client.get("/api/plans/old")).json()["split"]
+
+
 async def test_plans_are_saved_listed_and_deleted(client: httpx.AsyncClient) -> None:
     assert (await client.get("/api/plans")).json() == []
     for name in ("Überlingen 2", "a"):

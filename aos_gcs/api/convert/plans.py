@@ -24,7 +24,7 @@ from aos_gcs.planning.estimate import PlanEstimate
 from aos_gcs.planning.plan import MissionPlan, PlanProblem, StrategyOptions
 from aos_gcs.planning.profile import LegProfile
 from aos_gcs.planning.proposal import altitude_layers
-from aos_gcs.planning.settings import ForestSettings
+from aos_gcs.planning.settings import ForestSettings, MissionSettings
 from aos_gcs.planning.shape_files import ImportedShape
 
 NO_ORIGIN: Final = GeodeticPosition(0.0, 0.0, SEA_LEVEL)
@@ -46,6 +46,10 @@ _WIRE_NAMES: Final = {
     "search_s": "search_min",
 }
 """Names of the core's fields in requests and answers, where they differ."""
+
+
+_LEFT_TO_MISSION: Final = frozenset({"split"})
+"""Fields that a plan may leave to the settings of the mission: plans of earlier versions do not have them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +82,16 @@ def homes(vehicles: Iterable[VehicleSnapshot], origin: GeodeticPosition | None) 
             east_m, north_m, _ = frame.to_enu(vehicle.telemetry.home)
             places[vehicle.telemetry.vehicle_id] = (float(east_m), float(north_m))
     return places
+
+
+def left_open(plan: wire.PlanModel) -> set[str]:
+    """Return the fields that a plan leaves to the mission."""
+    return set(_LEFT_TO_MISSION - plan.model_fields_set)
+
+
+def complete(plan: wire.PlanModel, settings: MissionSettings) -> wire.PlanModel:
+    """Return a plan that leaves nothing to the settings of the mission."""
+    return plan.model_copy(update={name: getattr(settings.search, name) for name in left_open(plan)})
 
 
 def plan_from_wire(plan: wire.PlanModel, origin: GeodeticPosition) -> MissionPlan:

@@ -90,7 +90,10 @@ class PlanModel(_FiniteModel):
     passes: Annotated[int, Field(ge=1)] = Field(default=1, description="Times that all legs are flown, to and fro.")
     split: bool = Field(
         default=SearchSettings().split,
-        description="Whether vehicles that are not needed for a close look scan on, along the legs without stops.",
+        description=(
+            "Whether vehicles that are not needed for a close look scan on, along the legs without stops; left out: as "
+            "the mission is set."
+        ),
     )
     battery_reserve_percent: Annotated[float, Field(ge=0.0, lt=90.0)] = 20.0
     endurance_min: Annotated[float, Field(gt=0.0)] = Field(default=25.0, description="Flight time of a full battery.")

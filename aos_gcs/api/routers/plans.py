@@ -11,7 +11,16 @@ from fastapi import APIRouter, Depends, Path, Query, Request
 
 from aos_gcs.api.access.operators import cookie_name
 from aos_gcs.api.convert import plans as plan_convert
-from aos_gcs.api.dependencies import IN_CONTROL, Checks, Commands, CurrentSession, Mission, Plans, SeenState
+from aos_gcs.api.dependencies import (
+    IN_CONTROL,
+    Checks,
+    Commands,
+    CommandsIfAny,
+    CurrentSession,
+    Mission,
+    Plans,
+    SeenState,
+)
 from aos_gcs.api.errors import NotFoundError, TooLargeError
 from aos_gcs.api.models.base import ErrorModel
 from aos_gcs.api.models.plans import ImportedShapeModel, PlanModel, PlanReportModel, SavedPlanModel, StrategyModel
@@ -67,7 +76,7 @@ async def check(body: PlanModel, mission: Mission, commands: Commands) -> PlanRe
     """Return the problems of a plan, an estimate, and proposals; also for observers."""
     snapshot = mission.snapshot()
     origin = plan_convert.plan_origin(body, snapshot.origin)
-    plan = plan_convert.plan_from_wire(body, origin)
+    plan = plan_convert.plan_from_wire(plan_convert.complete(body, commands.settings), origin)
     homes_enu_m = plan_convert.homes(snapshot.vehicles, snapshot.origin)
     # A tenth of a second and more: too long for the loop that commands vehicles.
     return await asyncio.to_thread(_report, plan, commands.settings, homes_enu_m, origin)
@@ -88,7 +97,8 @@ async def apply(
             "The mission's origin is not known yet: wait until a vehicle has reported its home, or give "
             "mission.origin_deg in the configuration."
         )
-    await commands.apply_plan(plan_convert.plan_from_wire(body, origin), operator=session.name, seen=seen)
+    plan = plan_convert.plan_from_wire(plan_convert.complete(body, commands.settings), origin)
+    await commands.apply_plan(plan, operator=session.name, seen=seen)
     return plan_convert.plan_to_wire(plan_of(commands.settings), origin)
 
 
@@ -117,22 +127,24 @@ async def list_plans(plans: Plans) -> list[SavedPlanModel]:
 
 
 @router.get("/api/plans/{name:path}", responses={404: {"model": ErrorModel}, 422: {"model": ErrorModel}})
-async def read_saved_plan(name: PlanName, plans: Plans) -> PlanModel:
-    """Return a saved plan."""
+async def read_saved_plan(name: PlanName, plans: Plans, commands: CommandsIfAny) -> PlanModel:
+    """Return a saved plan. What it leaves to the mission is as the mission is set."""
     text = await asyncio.to_thread(plans.read, name)
     if text is None:
         raise NotFoundError(f"There is no plan '{name}'.")
     try:
-        return PlanModel.model_validate_json(text)
+        plan = PlanModel.model_validate_json(text)
     except pydantic.ValidationError as error:
         problems = "; ".join(f"{'.'.join(map(str, one['loc']))}: {one['msg']}" for one in error.errors())
         raise InputDataError(f"The plan '{name}' is damaged: {problems}.") from error
+    return plan if commands is None else plan_convert.complete(plan, commands.settings)
 
 
 @router.put("/api/plans/{name:path}", responses=_REFUSED | {409: {"model": ErrorModel}})
 async def save_plan(name: PlanName, body: PlanModel, plans: Plans, replaces: Replaces = None) -> PlanModel:
     """Save a plan, finished or not."""
-    await asyncio.to_thread(plans.write, name, body.model_dump_json(indent=2), replaces)
+    text = body.model_dump_json(indent=2, exclude=plan_convert.left_open(body))
+    await asyncio.to_thread(plans.write, name, text, replaces)
     return body
 
 

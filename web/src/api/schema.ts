@@ -681,7 +681,7 @@ export interface paths {
     };
     /**
      * Read Saved Plan
-     * @description Return a saved plan.
+     * @description Return a saved plan. What it leaves to the mission is as the mission is set.
      */
     get: operations["read_saved_plan_api_plans__name__get"];
     /**
@@ -2417,7 +2417,7 @@ export interface components {
       spacing_m?: number | null;
       /**
        * Split
-       * @description Whether vehicles that are not needed for a close look scan on, along the legs without stops.
+       * @description Whether vehicles that are not needed for a close look scan on, along the legs without stops; left out: as the mission is set.
        * @default false
        */
       split: boolean;
