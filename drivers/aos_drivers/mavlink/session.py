@@ -20,6 +20,7 @@ from aos_drivers.links.identity import board_uid
 from aos_drivers.mavlink.peers import Outgoing, PeerTable
 from aos_drivers.mavlink.signing.signer import LinkSigner, SignatureCheck
 from aos_drivers.vehicle.autopilots.base import Target, command_long, version_request
+from aos_drivers.vehicle.failures import ReportFailures
 from aos_drivers.vehicle.record import VehicleRecord
 from aos_drivers.vehicle.status_text import notice_severity
 from aos_gcs.ports import Notice, Severity
@@ -72,6 +73,8 @@ class MavlinkSession:
         self._position_hz = position_hz
         self._reported_refusals: set[tuple[int, int, SignatureCheck]] = set()
         self._peers = PeerTable(system_id, signers, lambda: {record.route.address for record in self.records.values()})
+        self._failures = ReportFailures()
+        """What was lost of senders that are no vehicle."""
         self._events: list[Event] = []
         self._heartbeat_due_s = -math.inf
         self._has_warned_of_own_id = False
@@ -93,20 +96,25 @@ class MavlinkSession:
     def feed(self, data: bytes, peer: PeerAddress, now_s: float) -> list[Event]:
         """Process bytes from ``peer``; what is not MAVLink is dropped and counted."""
         for message, refusal, is_signed in self._peers.receive(data, peer, now_s):
-            if refusal is None:
-                self._on_packet(message, peer, now_s, is_signed)
-            else:
-                self._report_refusal(message.get_srcSystem(), peer, refusal)
+            try:
+                if refusal is None:
+                    self._on_packet(message, peer, now_s, is_signed)
+                else:
+                    self._report_refusal(message.get_srcSystem(), peer, refusal)
+            except Exception as error:  # a defect at one packet, which must not end its link for all vehicles
+                self._failures_of(message.get_srcSystem()).note(message.get_type(), error)
         return self._take_events()
 
     def poll(self, now_s: float) -> list[Event]:
         """Do work that is due without a received packet. Call it several times a second."""
         for record in self.records.values():
-            for severity, text in record.texts.poll(now_s):
-                self._take_text(record, severity, text, now_s)
-            self._watch_identity(record, now_s)
-            self._ask(record, now_s)
+            try:
+                self._poll_vehicle(record, now_s)
+            except Exception as error:  # a defect at one vehicle, which must not end the heartbeats to all
+                record.failures.note("requests", error)
             self._events += record.notices(now_s)
+        if (text := self._failures.text(now_s)) is not None:
+            self._events.append(Notice(Severity.CRITICAL, text))
         for system_id, former in self._former.items():
             for peer in former.identity.questions(now_s):
                 self._peers.send(version_request(Target(system_id, mavlink.MAV_COMP_ID_AUTOPILOT1)), peer)
@@ -309,6 +317,16 @@ class MavlinkSession:
         self._events.append(Notice(notice_severity(severity, text), text, record.vehicle_id))
 
     # --- vehicles ---------------------------------------------------------------------------------------------------
+
+    def _failures_of(self, system_id: int) -> ReportFailures:
+        record = self.records.get(system_id)
+        return self._failures if record is None else record.failures
+
+    def _poll_vehicle(self, record: VehicleRecord, now_s: float) -> None:
+        for severity, text in record.texts.poll(now_s):
+            self._take_text(record, severity, text, now_s)
+        self._watch_identity(record, now_s)
+        self._ask(record, now_s)
 
     def _watch_identity(self, record: VehicleRecord, now_s: float) -> None:
         is_ambiguous = record.is_ambiguous(now_s)

@@ -26,6 +26,7 @@ from aos_drivers.options import DriverOptions
 from aos_drivers.vehicle.autopilots.base import Target, version_request
 from aos_drivers.vehicle.cameras.exposure import CaptureTools
 from aos_drivers.vehicle.cameras.runner import report_receiver
+from aos_drivers.vehicle.failures import ReportFailures
 from aos_drivers.vehicle.record import VehicleRecord
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.ports import (
@@ -48,6 +49,8 @@ class MavsdkFleet:
         self._position_hz = position_hz
         self._former = former_owners(context.former, context.clock)
         """Vehicles of a flight that is taken up, which have not been heard yet, by system id."""
+        self._failures = ReportFailures()
+        """What was lost of senders that are no vehicle."""
         self._records: dict[int, VehicleRecord] = {}
         """Records by system id, including vehicles that MAVSDK has not found yet."""
         self._vehicles: dict[int, MavsdkVehicle] = {}
@@ -56,6 +59,15 @@ class MavsdkFleet:
     def vehicles(self) -> Mapping[int, MavsdkVehicle]:
         """Return all vehicles ever heard, by system id."""
         return MappingProxyType(self._vehicles)
+
+    def take(self, wire: Wire, message: mavlink.MAVLink_message, peer: PeerAddress, now_s: float) -> bool:
+        """Note a packet as ``note`` does; one at which that fails is counted, and kept from MAVSDK."""
+        try:
+            return self.note(wire, message, peer, now_s)
+        except Exception as error:  # a defect at one packet, which must not end its link for all vehicles
+            record = self._records.get(message.get_srcSystem())
+            (self._failures if record is None else record.failures).note(message.get_type(), error)
+            return False
 
     def note(self, wire: Wire, message: mavlink.MAVLink_message, peer: PeerAddress, now_s: float) -> bool:
         """Record what MAVSDK does not report: time and address of each packet, and system ids used twice.
@@ -124,16 +136,16 @@ class MavsdkFleet:
             now_s = clock.now_s()
             if len(self._vehicles) < len(self._records):
                 self._find_vehicles(wire, dispatcher)
-            for vehicle_id, vehicle in self._vehicles.items():
-                vehicle.poll(now_s)
-                self._watch_identity(vehicle_id, now_s)
+            for vehicle_id in self._vehicles:
                 record = self._records[vehicle_id]
+                try:
+                    self._poll_vehicle(wire, vehicle_id, record, now_s)
+                except Exception as error:  # a defect at one vehicle, which must not end the heartbeats to all
+                    record.failures.note("requests", error)
                 for notice in record.notices(now_s):
                     self._context.notify(notice)
-                for peer in record.identity.questions(now_s):
-                    wire.send_to_peer(peer, version_request(record.target))
-                if (sent_ns := record.clock.poll(now_s)) is not None:
-                    wire.send_to(record.target, mavlink.MAVLink_timesync_message(0, sent_ns))
+            if (text := self._failures.text(now_s)) is not None:
+                self._context.notify(Notice(Severity.CRITICAL, text))
             for system_id, former in self._former.items():
                 for peer in former.identity.questions(now_s):
                     wire.send_to_peer(peer, version_request(Target(system_id, mavlink.MAV_COMP_ID_AUTOPILOT1)))
@@ -144,6 +156,14 @@ class MavsdkFleet:
                 wire.send_heartbeat()
                 heartbeat_due_s = now_s + HEARTBEAT_PERIOD_S
             await clock.sleep(TICK_S)
+
+    def _poll_vehicle(self, wire: Wire, vehicle_id: int, record: VehicleRecord, now_s: float) -> None:
+        self._vehicles[vehicle_id].poll(now_s)
+        self._watch_identity(vehicle_id, now_s)
+        for peer in record.identity.questions(now_s):
+            wire.send_to_peer(peer, version_request(record.target))
+        if (sent_ns := record.clock.poll(now_s)) is not None:
+            wire.send_to(record.target, mavlink.MAVLink_timesync_message(0, sent_ns))
 
     def _notify(self, notice: Notice | None) -> None:
         if notice is not None:
@@ -202,7 +222,7 @@ async def open_mavsdk(links: Sequence[str], context: DriverContext) -> AsyncIter
         wire = Wire(
             context.system_id,
             feeder.feed,
-            lambda message, peer, now_s: fleet.note(wire, message, peer, now_s),
+            lambda message, peer, now_s: fleet.take(wire, message, peer, now_s),
             record,
             lambda ago_s: context.clock.now_s() - ago_s * context.clock.speed,
         )

@@ -51,8 +51,8 @@ export const vehicles: readonly StationText[] = [
     "Drohne {id} meldet {mode}, als hätte ein Pilot es gewählt",
   ],
   [
-    "this station cannot read some of its reports ({name}: {error}), {count} so far. The others count: compare what is shown with the vehicle, and return it if in doubt",
-    "die Bodenstation kann einige ihrer Meldungen nicht lesen ({name}: {error}), bisher {count}. Die anderen zählen: Anzeige mit der Drohne vergleichen, im Zweifel zurückkehren lassen",
+    "this station failed at {count} packets or requests so far, at last {name}: {error}. All others count: compare what is shown with the vehicle, and return it if in doubt",
+    "die Bodenstation ist bisher an {count} Paketen oder Anfragen gescheitert, zuletzt {name}: {error}. Alle anderen zählen: Anzeige mit der Drohne vergleichen, im Zweifel zurückkehren lassen",
   ],
   ["vehicle {id} cannot go there: {problem}", "Drohne {id} kann nicht dorthin: {problem}"],
   ["it is not flying, take off first", "sie fliegt nicht, zuerst starten"],
