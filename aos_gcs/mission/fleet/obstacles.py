@@ -22,6 +22,9 @@ DRIFT_M: Final = 1.0
 """Distance by which a vehicle with a pilot may leave its place before others are vetted again: one that still braked
 moved by 0.13 m."""
 
+MOTION_LASTS_S: Final = 10.0
+"""Age of a position up to which its vehicle may have moved on as reported then; failsafes act from 5 to 10 s on."""
+
 
 def obstacle_of(
     member: Member,
@@ -79,8 +82,13 @@ def _why_left_alone(member: Member, settings: FlightSettings) -> str:
 def stop_enu_m(
     member: Member, position_enu_m: FloatArray, roster: Roster, settings: FlightSettings
 ) -> FloatArray | None:
-    """Return where a vehicle would come to a stop, shape (3,), with its motion since its last position; or None."""
-    if (present_mps := speed_mps(member)) <= settings.arrival_speed_mps:
+    """Return where a vehicle would come to a stop, shape (3,), with its motion since its last position; or None.
+
+    None, too, for one that has not been heard for so long that its last motion tells nothing: what it was ordered, and
+    its failsafe, have decided since where it is.
+    """
+    present_mps, age_s = speed_mps(member), roster.position_age_s(member) or 0.0
+    if present_mps <= settings.arrival_speed_mps or age_s > MOTION_LASTS_S:
         return None
-    braking_s = (roster.position_age_s(member) or 0.0) + present_mps / (2.0 * DECELERATION_MPS2)
+    braking_s = age_s + present_mps / (2.0 * DECELERATION_MPS2)
     return position_enu_m + braking_s * np.array(member.state.velocity_enu_mps)
