@@ -12,6 +12,7 @@ from aos_gcs.mission.journal import Announcer
 from aos_gcs.mission.model.findings import KIND_NAMES, FindingStatus, TargetEstimate
 from aos_gcs.mission.search.findings import Findings
 from aos_gcs.mission.search.looks import Looks
+from aos_gcs.mission.search.persons import SUSPICION
 from aos_gcs.mission.search.same_body import PIECES_M, distance_m
 from aos_gcs.mission.search.targeting import TargetTracker
 from aos_gcs.planning.settings import DetectionSettings
@@ -159,6 +160,14 @@ class Claims:
             if count >= SURE_SIGHTINGS:
                 others.add(track_id)
         return frozenset(others)
+
+    def may_be_another_person(self) -> bool:
+        """Whether the present target is not decided yet, and may be a person by what was seen of it so far."""
+        target = self._tracker.estimate()
+        if target is None or target.kind is not FindingKind.UNDECIDED:
+            return False
+        verdict = self._tracker.verdict(target.track_id)
+        return verdict is None or verdict.probability is None or verdict.probability >= SUSPICION
 
     def is_worth_a_search(self) -> bool:
         """Whether the present target, which is out of view, may be a person by what most vehicles saw of it last."""
