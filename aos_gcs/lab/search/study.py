@@ -72,7 +72,8 @@ def search_for_person(settings: SearchStudySettings, key: SearchKey) -> SearchRe
             in_area_m, prior = person_about_a_point(area_enu_m, settings.spread, rng)
         watch = _Watch(world, target, in_area_m, key.seed, renders=key.seed % 1000 < settings.images)
         for vehicles in settings.vehicles:
-            outcomes += _searches(settings, Conditions(key.trees_per_ha, vehicles, hectares), watch, prior)
+            conditions = Conditions(key.trees_per_ha, vehicles, hectares, settings.rate_hz)
+            outcomes += _searches(settings, conditions, watch, prior)
     return SearchResult(key, tuple(outcomes))
 
 
