@@ -45,6 +45,8 @@ class Claims:
         self._looks = Looks()
         self._surely_other: frozenset[int] = frozenset()
         """Tracks that have been seen often enough to be surely no person."""
+        self._doubted: set[int] = set()
+        """Announced tracks that operators have been told to be unlikely persons by later looks."""
         self.first_at_s: float | None = None
         """Mission time of the first claim; None before it."""
 
@@ -120,7 +122,20 @@ class Claims:
             elif target.kind in CLAIMED:
                 self._looks.settle(target.track_id, target.position_enu_m)
         self._settle_unconfirmed({target.track_id for target in targets}, kept_enu_m)
+        for target in targets:
+            self._doubt(target)
         return watched
+
+    def _doubt(self, target: TargetEstimate) -> None:
+        """Tell operators once that an announced target is unlikely to be a person, by more looks: they decide."""
+        confidence = target.person_confidence
+        is_doubtful = target.kind is FindingKind.PERSON and confidence is not None and confidence < SUSPICION
+        if not is_doubtful or target.track_id in self._doubted:
+            return
+        if not any(self._findings.at(target, status) for status in (FindingStatus.CONFIRMED, FindingStatus.REJECTED)):
+            self._doubted.add(target.track_id)
+            text = f"{describe(target, target.kind)}. More looks make a person unlikely: judge it in Decide"
+            self._journal.notice(Severity.NEWS, text, track_id=target.track_id)
 
     def _settle_unconfirmed(self, target_ids: AbstractSet[int], kept_enu_m: Sequence[tuple[float, float]]) -> None:
         """Settle the places of what is surely no person, though it was marked too seldom to be a target."""
