@@ -70,6 +70,9 @@ class Obstacle:
     home_enu_m: FloatArray | None = None
     """Launch point, shape (3,), that its autopilot returns to: the path there and the column above it are occupied,
     too."""
+    turn_enu_m: FloatArray | None = None
+    """Place at which it may turn for home at the latest, shape (3,): the path home from there is occupied, too. Between
+    there and its position, it may turn anywhere."""
     return_up_m: float | None = None
     """Height above the origin to which its autopilot climbs before it returns; None: it returns at its present one."""
     accuracy: Accuracy = EXACT
@@ -93,8 +96,10 @@ class Obstacle:
         segments += [np.array([here, end]) for end in (self.waypoint_enu_m, self.stop_enu_m) if end is not None]
         if self.home_enu_m is not None:
             return_m = here[2] if self.return_up_m is None else max(here[2], self.return_up_m)
-            begin, above_home = np.array([*here[:2], return_m]), np.array([*self.home_enu_m[:2], return_m])
-            segments += [np.array([begin, above_home]), self._column(above_home)]
+            above_home = np.array([*self.home_enu_m[:2], return_m])
+            turns = [here] if self.turn_enu_m is None else [here, self.turn_enu_m]
+            segments += [np.array([[*turn[:2], return_m], above_home]) for turn in turns]
+            segments.append(self._column(above_home))
         return np.array(segments)
 
     def _column(self, position_enu_m: FloatArray) -> FloatArray:

@@ -24,7 +24,9 @@ pytestmark = pytest.mark.looptime
 HEIGHT_M = 35.0
 
 
-def lost_on_its_way(height_m: float = HEIGHT_M) -> FlightControl:
+def lost_on_its_way(
+    height_m: float = HEIGHT_M, east_m: float = -40.0, home_east_m: float = 0.0, task: Task = Task.LOST
+) -> FlightControl:
     """Return control of vehicle 1, and of vehicle 2 that fell silent at 5 m/s on its way from north 20 to north 30."""
     clock = LoopClock()
     fleet = FakeFleet(clock, 2, None)
@@ -37,15 +39,15 @@ def lost_on_its_way(height_m: float = HEIGHT_M) -> FlightControl:
         fence_enu_m=((-far_m, -far_m), (far_m, -far_m), (far_m, far_m), (-far_m, far_m)), floor_m=20.0, ceiling_m=60.0
     )
     mover, other = roster.members()
-    fleet.members[1].start_enu_m = fleet.members[1].goal_enu_m = np.array([-40.0, 20.0, height_m])
+    fleet.members[1].start_enu_m = fleet.members[1].goal_enu_m = np.array([east_m, 20.0, height_m])
     vehicle = fleet.members[2]
     vehicle.start_enu_m, vehicle.started_s, vehicle.speed_mps = np.array([0.0, 20.0, HEIGHT_M]), clock.now_s(), 5.0
     vehicle.goal_enu_m = np.array([0.0, 30.0, HEIGHT_M])
     for each in fleet.members.values():
         each.armed = True
     give_task(roster, mover, Task.SWARM)
-    give_task(roster, other, Task.LOST)
-    other.waypoint_enu_m, other.home_enu_m = vehicle.goal_enu_m, np.array([0.0, 0.0, 0.0])
+    give_task(roster, other, task)
+    other.waypoint_enu_m, other.home_enu_m = vehicle.goal_enu_m, np.array([home_east_m, 0.0, 0.0])
     other.last_command = Goto(roster.geodetic(other, vehicle.goal_enu_m), 5.0)
     vehicle.silent_since_s = clock.now_s()
     return control
@@ -76,3 +78,16 @@ async def test_others_fly_around_the_column_of_one_that_was_lost_in_motion() -> 
     verdict, reason = sent_to(control, 40.0, 20.0, below_m)
     assert verdict is WaypointVerdict.SHORTENED
     assert "around vehicle 2, which is not heard" in reason
+
+
+@pytest.mark.parametrize(
+    ("task", "verdict"), [(Task.LOST, WaypointVerdict.SHORTENED), (Task.SWARM, WaypointVerdict.SENT)]
+)
+async def test_its_way_home_from_its_waypoint_is_kept_free_as_that_from_where_it_was_heard(
+    task: Task, verdict: WaypointVerdict
+) -> None:
+    """Its failsafe acts seconds after it was heard last: in a sweep, it has flown most of the way by then."""
+    control = lost_on_its_way(east_m=60.0, home_east_m=30.0, task=task)
+    await asyncio.sleep(60.0)
+    assert sent_to(control, 11.0, 20.0)[0] is verdict, "0.7 m beside the line from its waypoint to its launch point"
+    assert sent_to(control, 14.0, 20.0)[0] is WaypointVerdict.SENT

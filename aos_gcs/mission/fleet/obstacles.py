@@ -38,7 +38,8 @@ def obstacle_of(
     """Return where an airborne vehicle may be: where it hovers, or the column in which it may be descending.
 
     For a vehicle sent somewhere that is the path there, too; for one that returns by its autopilot, or is lost and
-    probably does, also the path to its launch point.
+    probably does, also the path to its launch point. A lost one turns for home when its failsafe acts; by then
+    it may have reached the place that it was sent to.
 
     Args:
         member: the vehicle.
@@ -62,6 +63,7 @@ def obstacle_of(
         top_m=None if top_enu_m is None else float(top_enu_m[2]),
         bottom_m=bottom_m,
         home_enu_m=member.home_enu_m if goes_home else None,
+        turn_enu_m=destination_enu_m(member, settings) if is_lost else None,
         return_up_m=layers.return_up_m(member) if climbs_to_return else None,
         accuracy=accuracy,
         drift_m=DRIFT_M if member.has_pilot else 0.0,
