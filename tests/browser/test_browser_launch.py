@@ -95,6 +95,31 @@ async def test_whose_name_the_browser_knows_opens_the_address_and_launches_by_tw
     assert guarded_service.mission.operators == ["Ada"]
 
 
+async def test_somebody_else_at_a_screen_that_knows_a_name_needs_neither_the_code_nor_a_sign_out(
+    browser: Browser, guarded_service: Service
+) -> None:
+    async with new_page(browser) as page:
+        await open_page(page, guarded_service.url)
+        await expect(page.get_by_test_id("not-me")).to_have_count(0)
+        await page.evaluate("() => localStorage.setItem('aos-gcs-operator', 'Ada')")
+        await page.goto("about:blank")
+        await page.goto(f"{guarded_service.url}#code={OPERATOR_CODE}")
+        await expect(page.get_by_test_id("operator")).to_have_text("Ada")
+        await page.get_by_test_id("not-me").click()
+        await expect(page.get_by_test_id("sign-in-until")).to_contain_text("Ada stays signed in")
+        await expect(page.get_by_test_id("dialog-hold-all")).to_be_visible()
+        await page.keyboard.press("Escape")  # pressed by mistake
+        await expect(page.get_by_test_id("operator")).to_have_text("Ada")
+        await page.get_by_test_id("not-me").click()
+        await expect(page.get_by_test_id("sign-in-name")).to_have_value("")
+        await sign_in(page, "Ben")
+        await expect(page.get_by_test_id("operator")).to_have_text("Ben")
+        await expect(page.get_by_test_id("launch-consequence")).to_contain_text("Recorded as Ben")
+        await page.get_by_test_id("not-me").click()
+        await page.get_by_test_id("sign-in-cancel").click()
+        await expect(page.get_by_test_id("observer")).to_be_visible()
+
+
 async def test_a_known_name_with_a_wrong_code_is_asked_for_the_code(browser: Browser, guarded_service: Service) -> None:
     async with new_page(browser) as page:
         await open_page(page, guarded_service.url)

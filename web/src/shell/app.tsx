@@ -51,7 +51,7 @@ export function App({ store, stream }: { store: Store; stream: HoldStream }) {
   useEffect(() => {
     // Who has used this screen last opens the address of operators: their name is known, and shown.
     if (access.code === "" || access.lastName === "") return;
-    void access.signIn(access.code, access.lastName).then((refusal) => refusal !== null && setSigningIn(true));
+    void access.signInAgain().then((refusal) => refusal !== null && setSigningIn(true));
   }, []);
   const [areSettingsOpen, setSettingsOpen] = useState(false);
   const [selection, changeSelection] = useState(NO_SELECTION);

@@ -38,8 +38,15 @@ export function Header(props: Props) {
       <span class={`connection is-${connection}`} data-testid="connection" data-state={connection} role="status">
         {texts.connection[connection]}
         {session !== null && session.name !== "" && (
-          <small data-testid="operator" title={signedInAs(session)}>
-            {session.name}
+          <small>
+            <b data-testid="operator" title={signedInAs(session)}>
+              {session.name}
+            </b>{" "}
+            {session.sign_in_required && (
+              <button type="button" class="not-me" data-testid="not-me" onClick={onSignIn}>
+                {texts.signIn.notMe}
+              </button>
+            )}
           </small>
         )}
       </span>

@@ -5,6 +5,7 @@ import { texts } from "../texts";
 import { Dialog } from "../ui/dialog";
 import type { Access } from "./use_session";
 
+/** Who is signed in stays so, and can hold all vehicles, until somebody else has signed in or goes on as an observer. */
 export function SignIn({ access, onClose }: { access: Access; onClose(): void }) {
   if (access.invitation !== "") return <Join access={access} onClose={onClose} />;
   return access.session?.accounts ? (
@@ -16,7 +17,7 @@ export function SignIn({ access, onClose }: { access: Access; onClose(): void })
 
 function ByCode({ access, onClose }: { access: Access; onClose(): void }) {
   const [code, setCode] = useState(access.code);
-  const [name, setName] = useState(access.lastName);
+  const [name, setName] = useState(isSignedIn(access) ? "" : access.lastName);
   const { signIn } = texts;
   return (
     <SignInForm
@@ -25,6 +26,8 @@ function ByCode({ access, onClose }: { access: Access; onClose(): void }) {
       onSubmit={() => access.signIn(code.trim(), name.trim())}
       onClose={onClose}
       cancel={signIn.observe}
+      onCancel={() => void access.signOut()}
+      signedIn={access.session?.name ?? ""}
     >
       <label>
         {signIn.name}
@@ -39,7 +42,7 @@ function ByCode({ access, onClose }: { access: Access; onClose(): void }) {
 }
 
 function ByAccount({ access, onClose }: { access: Access; onClose(): void }) {
-  const [name, setName] = useState(access.lastName);
+  const [name, setName] = useState(isSignedIn(access) ? "" : access.lastName);
   const [password, setPassword] = useState("");
   const { signIn, team } = texts;
   return (
@@ -49,6 +52,8 @@ function ByAccount({ access, onClose }: { access: Access; onClose(): void }) {
       onSubmit={() => access.signInByAccount(name.trim(), password)}
       onClose={onClose}
       cancel={access.session?.role === "visitor" ? null : signIn.observe}
+      onCancel={() => void access.signOut()}
+      signedIn={access.session?.name ?? ""}
     >
       <label>
         {team.account.name}
@@ -73,6 +78,8 @@ function Join({ access, onClose }: { access: Access; onClose(): void }) {
       onSubmit={() => access.join(name.trim(), password)}
       onClose={onClose}
       cancel={null}
+      onCancel={() => undefined}
+      signedIn=""
     >
       <p>{account.joinHint}</p>
       <label>
@@ -92,12 +99,18 @@ interface FormProps {
   submit: string;
   /** Text of the button that goes on without signing in; null where that is no choice. */
   cancel: string | null;
+  /** Called by that button where somebody is signed in. */
+  onCancel(): void;
+  /** Who is signed in; empty without anybody. */
+  signedIn: string;
   onSubmit(): Promise<string | null>;
   onClose(): void;
   children: ComponentChildren;
 }
 
-function SignInForm({ title, submit, cancel, onSubmit, onClose, children }: FormProps) {
+const isSignedIn = ({ session }: Access): boolean => session !== null && session.name !== "";
+
+function SignInForm({ title, submit, cancel, onCancel, signedIn, onSubmit, onClose, children }: FormProps) {
   const [refusal, setRefusal] = useState<string | null>(null);
   const send = async (event: Event): Promise<void> => {
     event.preventDefault();
@@ -108,13 +121,21 @@ function SignInForm({ title, submit, cancel, onSubmit, onClose, children }: Form
   return (
     <Dialog title={title} testId="sign-in" onClose={onClose}>
       <form class="form" onSubmit={(event) => void send(event)}>
+        {signedIn !== "" && <p data-testid="sign-in-until">{texts.signIn.until(signedIn)}</p>}
         {children}
         <p class="is-bad" role="alert" data-testid="sign-in-refusal">
           {refusal}
         </p>
         <div class="dialog-buttons">
           {cancel !== null && (
-            <button type="button" data-testid="sign-in-cancel" onClick={onClose}>
+            <button
+              type="button"
+              data-testid="sign-in-cancel"
+              onClick={() => {
+                if (signedIn !== "") onCancel();
+                onClose();
+              }}
+            >
               {cancel}
             </button>
           )}

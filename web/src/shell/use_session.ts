@@ -23,6 +23,8 @@ export interface Access {
   readonly lastName: string;
   /** Resolves to the reason of a refusal, or null. */
   signIn(code: string, name: string): Promise<string | null>;
+  /** Sign in who used this screen last, by the code of the address, which stays for somebody else at the same screen. */
+  signInAgain(): Promise<string | null>;
   signInByAccount(name: string, password: string): Promise<string | null>;
   /** Make an account by the invitation, and sign in with it. */
   join(name: string, password: string): Promise<string | null>;
@@ -66,32 +68,41 @@ export function useSession(connection: Connection, onChange: () => void): Access
     if (!answer.ok) return answer.message;
     supersede();
     store(NAME_KEY, name);
-    setCode("");
     setInvitation("");
     setExpired(false);
     setSession(answer.value);
     onChange();
     return null;
   };
+  const lastName = readStored(NAME_KEY) ?? "";
+  /** Take the answer to what somebody has typed: a code of the address is not needed any more. */
+  const takeTyped = (answer: Answer<Session>, name: string): string | null => {
+    if (answer.ok) setCode("");
+    return take(answer, name);
+  };
   return {
     session,
     isExpired,
     code,
     invitation,
-    lastName: readStored(NAME_KEY) ?? "",
+    lastName,
     async signIn(given, name) {
-      return take(await signIn(given, name), name);
+      return takeTyped(await signIn(given, name), name);
+    },
+    async signInAgain() {
+      return take(await signIn(code, lastName), lastName);
     },
     async signInByAccount(name, password) {
-      return take(await signInByAccount(name, password), name);
+      return takeTyped(await signInByAccount(name, password), name);
     },
     async join(name, password) {
-      return take(await joinByInvitation(invitation, name, password), name);
+      return takeTyped(await joinByInvitation(invitation, name, password), name);
     },
     async signOut() {
       const answer = await signOut();
       if (!answer.ok) return;
       supersede();
+      setCode("");
       setSession(answer.value);
       onChange();
     },

@@ -101,6 +101,8 @@ export const english = {
     submit: "Sign in",
     observe: "Continue as observer",
     open: "Sign in",
+    notMe: "Not me",
+    until: (name: string) => `${name} stays signed in here until you have signed in.`,
     signedInAs: (name: string) => `Operator ${name}`,
     signOut: "Sign out",
     expired: "Your sign-in has expired. Sign in again",

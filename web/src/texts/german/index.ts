@@ -82,6 +82,8 @@ const texts: Texts = {
     submit: "Anmelden",
     observe: "Weiter als Beobachter",
     open: "Anmelden",
+    notMe: "Nicht ich",
+    until: (name) => `Bis zu Ihrer Anmeldung bleibt hier ${name} angemeldet.`,
     signedInAs: (name) => `Bediener ${name}`,
     signOut: "Abmelden",
     expired: "Die Anmeldung ist abgelaufen. Neu anmelden",
