@@ -27,6 +27,11 @@ class LoopClock:
         """Clock seconds per loop second."""
         return self._speed
 
+    @property
+    def start_utc_s(self) -> float:
+        """Time at which the clock was made, in seconds since the Unix epoch."""
+        return self._start_utc_s
+
     def now_s(self) -> float:
         """Return monotonic clock seconds since the clock was made."""
         return (self._loop.time() - self._start_loop_s) * self._speed

@@ -153,6 +153,7 @@ class Demo:
         command = _simulator_command(self._options, self._link_port, world_file, report_file)
         if self._options.port is not None:
             command += ["--map-file", str(self.folder / MISSION_BASEMAP)]
+        command += ["--clock-start", str(self._service.clock.start_utc_s)]
         async with _process(command, folder / "simulator.log") as simulator, asyncio.TaskGroup() as group:
             guard = group.create_task(self._watch(simulator, folder / "simulator.log"))
             snapshot = await self._service.run()

@@ -53,6 +53,7 @@ class Service:
     mission: Coordinator
     folder: Path
     """Folder in which the mission is recorded."""
+    clock: LoopClock
     _journal: Journal
     _recorder: MissionRecorder
 
@@ -163,7 +164,7 @@ async def open_service(config: ServiceConfig, following: NextSortie | None = Non
                     nullcontext() if sharing is None else _handed_over(sharing, mission),
                 ):
                     opened = True
-                    yield Service(mission, folder, journal, recorder)
+                    yield Service(mission, folder, clock, journal, recorder)
     finally:
         if not opened:
             shutil.rmtree(folder, ignore_errors=True)

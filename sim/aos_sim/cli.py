@@ -13,6 +13,7 @@ import typer
 
 from aos_gcs.errors import AosError, ConfigurationError
 from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_sim.clock import SimTime, fast_utc_us
 from aos_sim.errors.model import error_model
 from aos_sim.map_picture import draw_map
 from aos_sim.report import write_report
@@ -76,6 +77,14 @@ def sim(
     speed: Annotated[
         float, typer.Option(help="Simulated seconds per second. Time slows down where the machine cannot keep up.")
     ] = 1.0,
+    clock_start: Annotated[
+        float | None,
+        typer.Option(
+            metavar="UTC",
+            help="Start of a station's clock of the same --speed, in seconds since the Unix epoch: the vehicles' "
+            "clocks agree with it. By default they agree with this computer's at the start.",
+        ),
+    ] = None,
     autopilot: Annotated[str, typer.Option(help="Behave like arducopter or px4.")] = "arducopter",
     first_system_id: Annotated[int, typer.Option(help="MAVLink system id of the first vehicle.")] = 1,
     origin: Annotated[
@@ -194,6 +203,8 @@ def sim(
         return
     scene = build_scene(parameters, options.origin)
     swarm = SimulatedSwarm(options, image_source(scene, model, no_render), scene.relief)
+    if clock_start is not None:
+        swarm.now = SimTime(0, fast_utc_us(swarm.now.start_utc_us, speed, clock_start))
     files = _Files(world_file, report_file, map_file)
     asyncio.run(_simulate(swarm, scene, files, exit_with_parent))
 

@@ -44,6 +44,18 @@ class SimTime:
         return SimTime(self.tick + ticks, self.start_utc_us)
 
 
+def fast_utc_us(real_utc_us: int, speed: float, start_utc_s: float) -> int:
+    """Return what a clock of some speed shows, in microseconds since the Unix epoch.
+
+    Args:
+        real_utc_us: real time, in the same unit.
+        speed: its seconds per real second.
+        start_utc_s: real time at which it agreed with the real time, in seconds since the Unix epoch.
+    """
+    start_utc_us = round(1e6 * start_utc_s)
+    return start_utc_us + round(speed * (real_utc_us - start_utc_us))
+
+
 class Pacer:
     """Says how many ticks are due, given the real time that has passed.
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from aos_gcs.errors import ConfigurationError
-from aos_sim.clock import TICK_S, Pacer
+from aos_sim.clock import TICK_S, Pacer, fast_utc_us
 from aos_sim.swarm import SimulatedSwarm, SwarmOptions
 from tests.fakes.air_flight import WarmSpot
 
@@ -47,3 +47,8 @@ def test_steps_that_fence_checks_do_not_divide_into_are_refused() -> None:
 def test_a_fast_flight_is_calculated_in_longer_steps(speed: float, ticks: int) -> None:
     assert SwarmOptions(speed=speed).ticks_per_step() == ticks
     assert SwarmOptions(speed=speed, step_ticks=1).ticks_per_step() == 1
+
+
+def test_the_clock_agrees_with_that_of_a_station_that_runs_as_fast() -> None:
+    assert fast_utc_us(1_010_000_000, 1.0, 1000.0) == 1_010_000_000
+    assert fast_utc_us(1_010_000_000, 4.0, 1000.0) == 1_040_000_000
