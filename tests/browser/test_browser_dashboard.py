@@ -10,7 +10,7 @@ from playwright.async_api import Page, Request, Route, expect
 
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.ports import Severity
-from tests.browser.conftest import OPERATOR_CODE, Service, serving
+from tests.browser.conftest import OPERATOR_CODE, VIEWPORT_PX, Service, serving
 from tests.browser.map_colours import wait_until_drawn, wait_until_gone
 from tests.browser.pages import (
     confirm,
@@ -101,6 +101,35 @@ async def test_what_has_been_searched_is_shown_with_its_legend_and_survives_a_re
     await map_page.get_by_test_id("map-layers").click()
     await map_page.get_by_test_id("layer-searched").uncheck()
     await expect(map_page.get_by_test_id("searched-legend")).to_have_count(0)
+
+
+async def test_segments_fit_their_panel_in_german(browser, service) -> None:
+    await service.mission.act(Action.START, None)
+    service.mission.make_step()
+    context = await browser.new_context(locale="de", viewport=VIEWPORT_PX)
+    page = await context.new_page()
+    await open_page(page, service.url)
+    await expect(page.get_by_test_id("segments").get_by_role("columnheader").first).to_have_text("Abschnitt")
+    cut = """() => [...document.querySelectorAll('[data-testid=segments] :is(th, td)')]
+        .filter((cell) => cell.scrollWidth > cell.clientWidth).map((cell) => cell.textContent)"""
+    assert await page.evaluate(cut) == []
+    panel = await page.get_by_test_id("searched").bounding_box()
+    place = await page.get_by_test_id("segments").bounding_box()
+    await context.close()
+    assert panel is not None
+    assert place is not None
+    assert place["x"] + place["width"] <= panel["x"] + panel["width"]
+
+
+async def test_the_map_stays_large_on_an_upright_tablet(page, service) -> None:
+    await page.set_viewport_size({"width": 800, "height": 1280})
+    await service.mission.act(Action.START, None)
+    service.mission.make_step()
+    await open_page(page, service.url)
+    await expect(page.get_by_test_id("segments")).to_be_visible()
+    place = await page.get_by_test_id("map").bounding_box()
+    assert place is not None
+    assert place["height"] >= 280
 
 
 @pytest.mark.parametrize("width_px", [1280, 390])

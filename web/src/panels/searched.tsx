@@ -36,7 +36,7 @@ export function SearchedPanel({ mission, hasFiles }: Props) {
 /** Table of the segments: what was seen of each, and how likely a person there would have been noticed. */
 function Segments({ segments }: { segments: readonly Segment[] }) {
   return (
-    <table class="small" data-testid="segments">
+    <table class="small segments" data-testid="segments">
       <thead>
         <tr>
           {Object.values(texts.searched.segment).map((title) => (
