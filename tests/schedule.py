@@ -9,7 +9,7 @@ from xdist.scheduler import LoadFileScheduling
 from xdist.workermanage import WorkerController
 
 BROWSER = "tests/browser"
-"""Its modules share one worker: two browsers at once would wait for each other."""
+"""Its modules share one worker but for those that wait: two busy browsers at once would wait for each other."""
 
 WAITING = (
     "tests/integration/test_demo",
@@ -23,6 +23,7 @@ WAITING = (
     "tests/integration/test_replay_command",
     "tests/integration/test_frames_",
     "tests/contract/test_workers",
+    "tests/browser/test_browser_failures",
 )
 """Beginnings of units that mostly wait for other processes and threads. One worker runs them, one after another, while
 the others compute: at the same time, they would leave the cores idle first and have all workers compute later."""
@@ -50,7 +51,7 @@ _THREADED = "mavsdk"
 def unit_of(nodeid: str) -> str:
     """Return the unit of work of a test: its module, all of :data:`BROWSER`, or the cases of a contract that wait."""
     module, _, test = nodeid.partition("::")
-    if module.startswith(BROWSER):
+    if module.startswith(BROWSER) and not module.startswith(WAITING):
         return BROWSER
     is_threaded = module.startswith("tests/contract") and _THREADED in test.partition("[")[2]
     return f"{module} [{_THREADED}]" if is_threaded else module

@@ -40,11 +40,13 @@ class Detectability:
     """Exponent g of the coverage."""
 
 
+_SLOPE: Final = 0.80
+_SHAPE: Final = 1.04
 DETECTABILITY: Final = {
-    Posture.STANDING: Detectability(worth=0.270, slope=0.72, shape=1.04),
-    Posture.SITTING: Detectability(worth=0.417, slope=0.64, shape=1.19),
-    Posture.LYING: Detectability(worth=0.749, slope=0.52, shape=1.17),
+    posture: Detectability(worth, _SLOPE, _SHAPE)
+    for posture, worth in ((Posture.STANDING, 0.308), (Posture.SITTING, 0.45), (Posture.LYING, 1.20))
 }
+"""Postures differ in the worth of a view alone."""
 _LEAST_SHARE = 1e-6
 """Share of the ground below which none, or above its complement all, counts as seen: odds are finite."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from aos_gcs.imaging.aperture import AperturePlan, plan_aperture
@@ -11,7 +11,7 @@ from aos_gcs.planning.aperture import SATURATION
 from aos_gcs.planning.estimate import estimate_flights, planned_leg_count, planned_legs
 from aos_gcs.planning.legs import in_passes
 from aos_gcs.planning.plan import MissionPlan
-from aos_gcs.planning.pod_proposal import SearchPattern, propose_pattern
+from aos_gcs.planning.pod_proposal import FASTEST_MPS, SearchPattern, propose_pattern
 from aos_gcs.planning.settings import SearchMode
 from aos_gcs.planning.viewed_ground import LEVEL_GROUND, ViewedGround
 from aos_gcs.swarm.registry import make_strategy
@@ -24,6 +24,10 @@ _WORTH_TURNING: Final = 0.95
 _SPACING_TOLERANCE: Final = 0.05
 _PATTERN_TOLERANCE: Final = 0.05
 """Difference from a proposed spacing or speed, in metres or m/s, that is rounding."""
+_QUICK_RATE_HZ: Final = 3.0
+"""Frame rate that is proposed; whole searches in the laboratory tell what it gains."""
+_WORTH_FRAMES: Final = 0.95
+"""Share of the present duration of the flight below which more frames per second are proposed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +54,10 @@ def propose(plan: MissionPlan, plane_height_m: float, ground: ViewedGround = LEV
     """
     pattern = propose_pattern(plan, plane_height_m, ground)
     found = [_heading(plan, plane_height_m), *_aperture(plan, plane_height_m), _layers(plan)]
-    found += [_search_speed(plan)] if pattern is None else _pattern(plan, pattern)
+    if pattern is None:
+        found.append(_search_speed(plan))
+    else:
+        found += [*_pattern(plan, pattern), _rate(plan, plane_height_m, pattern)]
     return tuple(proposal for proposal in found if proposal is not None)
 
 
@@ -144,6 +151,24 @@ def _pattern(plan: MissionPlan, pattern: SearchPattern) -> list[Proposal | None]
         for field, (value, text) in values.items()
         if abs((getattr(plan, field) or 0.0) - value) > _PATTERN_TOLERANCE
     ]
+
+
+def _rate(plan: MissionPlan, plane_height_m: float, pattern: SearchPattern) -> Proposal | None:
+    """Propose more frames per second: exposures in the same places, and as many views, at a greater speed."""
+    if plan.rate_hz >= _QUICK_RATE_HZ:
+        return None
+    speed_mps = min(pattern.search_speed_mps * _QUICK_RATE_HZ / plan.rate_hz, FASTEST_MPS, plan.cruise_speed_mps)
+    flown = replace(pattern.applied_to(plan), search_speed_mps=speed_mps, rate_hz=_QUICK_RATE_HZ)
+    legs = in_passes(planned_legs(flown, plane_height_m), flown.passes)
+    (flight,) = estimate_flights(flown, [legs])
+    if flight.duration_s > _WORTH_FRAMES * pattern.flight_s:
+        return None
+    better, worse = (_figures(plan, len(legs), took_s) for took_s in (flight.duration_s, pattern.flight_s))
+    reason = (
+        f"Frame rate: at {_QUICK_RATE_HZ:g} frames per second the same places are seen at {speed_mps:.1f} m/s: "
+        f"{better}, against {worse}. Slower cameras slow the search down."
+    )
+    return Proposal("rate_hz", _QUICK_RATE_HZ, reason)
 
 
 def _layers(plan: MissionPlan) -> Proposal | None:

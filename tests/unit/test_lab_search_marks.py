@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from aos_gcs.lab.search.marks import marks, persons_share
+from aos_gcs.lab.worlds import Posture
 
 RESOLUTION_M = 0.05
 PIXEL_M2 = 0.0053
@@ -21,9 +22,9 @@ def shown(cells: int, frames: int = 200) -> np.ndarray:
     return seen
 
 
-def marked(cells: int, share: float, seed: int = 1) -> np.ndarray:
-    seen = shown(cells)
-    return marks(seen, np.full(len(seen), PIXEL_M2), RESOLUTION_M, share, np.random.default_rng(seed))
+def marked(cells: int, share: float, posture: Posture = Posture.STANDING) -> np.ndarray:
+    seen, rng = shown(cells), np.random.default_rng(1)
+    return marks(seen, np.full(len(seen), PIXEL_M2), RESOLUTION_M, posture=posture, share=share, rng=rng)
 
 
 @pytest.mark.parametrize(("cells", "share"), [(0, 1.0), (100, 0.0)])
@@ -36,10 +37,11 @@ def test_the_share_of_frames_grows_with_what_they_show() -> None:
     assert shares[0] < shares[1] < shares[2] == pytest.approx(0.5, abs=0.08)
 
 
-def test_a_frame_marks_two_thirds_of_what_it_shows_and_a_pixel_at_least() -> None:
-    per_frame = marked(100, 1.0).sum(axis=(1, 2))
-    assert per_frame[per_frame > 0].mean() == pytest.approx(65.0, abs=2.0)
-    few = marked(2, 1.0).sum(axis=(1, 2))
+@pytest.mark.parametrize(("posture", "share"), [("standing", 0.65), ("sitting", 0.55), ("lying", 0.55)])
+def test_a_frame_marks_more_than_half_of_what_it_shows_and_a_pixel_at_least(posture: str, share: float) -> None:
+    per_frame = marked(100, 1.0, Posture(posture)).sum(axis=(1, 2))
+    assert per_frame[per_frame > 0].mean() == pytest.approx(100.0 * share, abs=2.0)
+    few = marked(2, 1.0, Posture(posture)).sum(axis=(1, 2))
     assert (few[few > 0] == 2).all(), "a pixel covers two cells"
 
 
@@ -51,8 +53,12 @@ def test_marks_of_one_frame_lie_together_and_away_from_those_of_another() -> Non
     assert np.ptp(columns) <= 9
 
 
-def test_persons_differ_and_each_is_the_same_again() -> None:
-    shares = np.array([persons_share(seed) for seed in range(400)])
-    assert shares.mean() == pytest.approx(0.48, abs=0.03)
-    assert 0.1 < shares.std() < 0.3
-    assert persons_share(7) == persons_share(7)
+@pytest.mark.parametrize(
+    ("posture", "mean", "least", "most"),
+    [("standing", 0.48, 0.15, 0.25), ("sitting", 0.50, 0.08, 0.17), ("lying", 0.66, 0.08, 0.16)],
+)
+def test_persons_differ_and_each_is_the_same_again(posture: str, mean: float, least: float, most: float) -> None:
+    shares = np.array([persons_share(seed, Posture(posture)) for seed in range(400)])
+    assert shares.mean() == pytest.approx(mean, abs=0.03)
+    assert least < shares.std() < most
+    assert persons_share(7, Posture(posture)) == persons_share(7, Posture(posture))

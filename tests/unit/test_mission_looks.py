@@ -217,6 +217,23 @@ def test_what_most_vehicles_see_to_be_no_person_needs_no_longer_look(*, sure: bo
     assert journal.texts[0].startswith("Warm object?") if sure else journal.texts == []
 
 
+def test_operators_are_told_once_that_more_looks_make_an_announced_person_unlikely() -> None:
+    follower, journal = Follower(), _Notices()
+    claims = Claims(SETTINGS.detection, journal, follower.tracker, Findings())
+    for step in range(40):
+        if step == 5:
+            follower.verdict = Verdict(FindingKind.WARM_OBJECT, 0.02, ("no skin to be seen",))
+        follower.observe(seen(5.0, 20.0))
+        claims.announce()
+    announced, doubted = journal.texts
+    assert announced.startswith("Possible person (90 %) at 5.0 m east, 20.0 m north")
+    assert doubted.startswith("Possible person (")
+    assert doubted.endswith("More looks make a person unlikely: judge it in Decide")
+    assert journal.track_ids[0] == journal.track_ids[1]
+    (estimate,) = follower.tracker.estimates()
+    assert estimate.kind is FindingKind.PERSON
+
+
 @pytest.mark.parametrize("other", [FindingKind.OBJECT, FindingKind.WARM_OBJECT])
 def test_an_announced_person_stays_where_it_was_when_its_track_goes_on_to_something_else(other: FindingKind) -> None:
     """A finding moved 3 m from the person to a puddle, and the person was announced again."""

@@ -11,6 +11,7 @@ import pytest
 from aos_gcs.airspace.limits import UNLIMITED
 from aos_gcs.airspace.plans import TrafficSituation
 from aos_gcs.errors import ConfigurationError
+from aos_gcs.imaging.persons.decision import FindingKind
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.model.decisions import Group, Situation, SwarmPlace
 from aos_gcs.mission.model.phase import Phase
@@ -246,6 +247,23 @@ def test_a_split_that_ends_with_too_few_lookers_loses_no_ground_where_the_next_l
     decider.decide(Phase.FOUND, traffic, traffic.traffic.detours(), analysis())
     assert decider.split is None
     assert place_of(decider) == (0, 20.0)
+
+
+@pytest.mark.parametrize(
+    ("kind", "following"), [(FindingKind.UNDECIDED, Phase.CONVERGE), (FindingKind.PERSON, Phase.LINE)]
+)
+def test_what_comes_into_view_beside_a_watched_person_gets_a_look_of_its_own(
+    kind: FindingKind, following: Phase
+) -> None:
+    """A stump that was seen in three steps of watching a person was announced with 72 %, and left with 4 %."""
+    decider = Decider(settings(10), Heard(), Findings(), forget=lambda: None, covered_fraction=lambda: None)
+    decider.progress.plan(on_leg().legs)
+    traffic = in_line(10)
+    for _ in range(settings(10).detection.hold_steps + 1):
+        phase = decider.decide(Phase.FOUND, traffic, traffic.traffic.detours(), analysis(seen(8.0, 60.0))).following
+        decider.tracker.settle(1, kind)
+    assert [target.track_id for target in decider.tracker.estimates()] == [1]
+    assert phase is following
 
 
 @pytest.mark.parametrize("looking", [1, 101])

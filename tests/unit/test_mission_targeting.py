@@ -11,7 +11,9 @@ import pytest
 from aos_gcs.geometry.poses import nadir_pose
 from aos_gcs.imaging.geolocation import Geolocation, Uncertainty
 from aos_gcs.imaging.model import Blob, BlobView, Sighting
-from aos_gcs.imaging.persons.decision import DECISION, FindingKind, Verdict
+from aos_gcs.imaging.persons.decision import DECISION, FORM_TOLD, FindingKind, Verdict
+from aos_gcs.imaging.persons.form import FormSums, form_sums
+from aos_gcs.imaging.persons.warm_bodies import WarmView
 from aos_gcs.mission.search.persons import Judgement
 from aos_gcs.mission.search.targeting import TargetTracker, error_ellipse
 from tests.fakes.target_sightings import CAMERA, SETTINGS, STEP_S, Follower, analysis, seen
@@ -86,6 +88,53 @@ def test_a_person_whom_leaves_hide_most_of_the_time_is_announced_by_its_warmth()
         tracker.judge({track_id: judgement})
         agreed.append(tracker.agrees(track_id))
     assert agreed == [False, False, True]
+
+
+def test_a_new_track_at_a_known_body_is_taken_for_the_same() -> None:
+    """Leaves cut a boar in two; its second track was announced by four glances after the first was known to be one."""
+    tracker = TargetTracker(SETTINGS)
+    place = Geolocation(np.array([5.0, 20.0, 0.0]), 0.1 * np.eye(3), 0.1 * np.eye(3))
+    boar = Judgement(Verdict(FindingKind.ANIMAL, 0.05, ()), place)
+    glance = Judgement(Verdict(FindingKind.PERSON, 0.8, ()), place)
+    for step in range(8):
+        pieces = [seen(5.0, 20.0)] if step < 7 else [seen(5.0, 20.0), seen(9.0, 20.0)]
+        tracker.observe(analysis(*pieces), STEP_S * (step + 1))
+        tracker.judge(dict.fromkeys(tracker.places_enu_m(), boar if step < 7 else glance))
+    verdicts = [tracker.verdict(track_id) for track_id in tracker.places_enu_m()]
+    assert [None if verdict is None else verdict.kind for verdict in verdicts] == [FindingKind.ANIMAL] * 2
+
+
+@pytest.mark.parametrize(
+    ("vantage_points", "agrees"), [(0, True), (1, False), (FORM_TOLD - 1, False), (FORM_TOLD, True)]
+)
+def test_a_person_whose_form_begins_to_show_is_announced_once_it_is_told(vantage_points: int, *, agrees: bool) -> None:
+    """Seen from two sides, a boar of 25 degrees was announced with 78 %; its form made that 14 %."""
+    tracker = TargetTracker(SETTINGS)
+    place = Geolocation(np.array([5.0, 20.0, 0.0]), 0.1 * np.eye(3), 0.1 * np.eye(3))
+    judgement = Judgement(Verdict(FindingKind.PERSON, 0.9, ()), place, form_sums=standing_person(vantage_points))
+    for step in range(SETTINGS.detection.found_steps):
+        tracker.observe(analysis(seen(5.0, 20.0)), STEP_S * (step + 1))
+        (track_id,) = tracker.places_enu_m()
+        tracker.judge({track_id: judgement})
+    assert tracker.agrees(track_id) is agrees
+
+
+def standing_person(vantage_points: int) -> FormSums:
+    """Sums of the form of a body of 0.5 by 0.3 m at (5, 20), from that many places 10 m around it."""
+    rng = np.random.default_rng(1)
+    bearings_rad = np.linspace(0.0, 2.0 * math.pi, vantage_points, endpoint=False)
+    views = [
+        WarmView(
+            vehicle_id=1,
+            points_enu_m=np.array([5.0, 20.0]) + rng.uniform(-0.5, 0.5, (100, 2)) * (0.5, 0.3),
+            contrast_k=np.full(100, 14.0),
+            pixel_area_m2=0.0015,
+            camera=CAMERA,
+            pose=nadir_pose([5.0 + 10.0 * math.sin(bearing_rad), 20.0 + 10.0 * math.cos(bearing_rad), 35.0]),
+        )
+        for bearing_rad in bearings_rad
+    ]
+    return form_sums(views, 0.0)
 
 
 def test_two_looks_that_are_nearly_the_same_do_not_tell_a_person() -> None:

@@ -122,6 +122,18 @@ def test_what_is_proposed_is_not_proposed_again_once_taken() -> None:
     assert "pod" not in {problem.field for problem in check_plan(taken, SETTINGS)}
 
 
+def test_more_frames_are_proposed_where_they_make_the_flight_faster() -> None:
+    (offered,) = [one for one in propose(PLAN, 0.0) if one.field == "rate_hz"]
+    assert offered.value == 3.0
+    slow, fast = propose_pattern(PLAN, 0.0), propose_pattern(replace(PLAN, rate_hz=offered.value), 0.0)
+    assert slow is not None
+    assert fast is not None
+    assert fast.search_speed_mps == pytest.approx(1.5 * slow.search_speed_mps, abs=0.3)
+    assert fast.flight_s < 0.95 * slow.flight_s
+    for quick in (replace(PLAN, rate_hz=3.0), replace(PLAN, pod=0.1), replace(PLAN, pod=None)):
+        assert "rate_hz" not in {one.field for one in propose(quick, 0.0)}
+
+
 @pytest.mark.parametrize(
     ("changes", "field", "words", "blocks"),
     [

@@ -6,6 +6,7 @@ from tests import schedule
 
 DEMO = "tests/integration/test_demo_faults.py"
 THREADED = "tests/contract/test_drivers.py [mavsdk]"
+FLIGHT_WITH_PAGE = "tests/browser/test_browser_failures.py"
 COMPUTED = "tests/integration/test_mission_flow.py"
 
 
@@ -13,6 +14,7 @@ COMPUTED = "tests/integration/test_mission_flow.py"
     ("nodeid", "unit"),
     [
         ("tests/browser/test_browser_plan.py::test_a[x]", schedule.BROWSER),
+        ("tests/browser/test_browser_failures.py::test_a", FLIGHT_WITH_PAGE),
         ("tests/integration/test_demo_faults.py::test_a", DEMO),
         ("tests/contract/test_drivers.py::test_a[mavsdk-px4]", THREADED),
         ("tests/contract/test_drivers.py::test_a[Goto-mavsdk]", THREADED),
@@ -29,6 +31,7 @@ def test_a_unit_is_a_module_but_for_the_browser_and_for_cases_with_threads(nodei
     ("units", "others", "chosen"),
     [
         ([schedule.BROWSER, DEMO, COMPUTED], [], schedule.BROWSER),
+        ([FLIGHT_WITH_PAGE, DEMO, COMPUTED], [schedule.BROWSER], FLIGHT_WITH_PAGE),
         ([DEMO, THREADED, COMPUTED], [schedule.BROWSER], DEMO),
         ([THREADED, COMPUTED], [schedule.BROWSER, DEMO], COMPUTED),
         ([COMPUTED, THREADED], [schedule.BROWSER], THREADED),

@@ -28,6 +28,7 @@ def search(
     ] = "planned,line,stops,single,lawnmower",
     posture: Annotated[str, typer.Option(help="Posture of the person: standing, sitting or lying.")] = "standing",
     pod: Annotated[float, typer.Option(help="Probability of detection that the planned flights are to reach.")] = 0.9,
+    rate: Annotated[float, typer.Option(help="Frames per second of each camera.")] = 2.0,
     spread: Annotated[
         float | None,
         typer.Option(
@@ -75,6 +76,7 @@ def search(
         methods=tuple(Method(name) for name in methods.split(",")),
         posture=Posture(posture),
         pod=pod,
+        rate_hz=rate,
         passes=passes,
         spread=spread,
         images=images,

@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 
 from aos_gcs.errors import ConfigurationError
+from aos_gcs.imaging.step.settings import MAX_RATE_HZ, ImagingSettings
 from aos_gcs.lab.worlds import Posture
 from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.planning.settings import GREATEST_POD, LEAST_POD, ForestSettings
@@ -62,6 +63,8 @@ class SearchStudySettings:
     posture: Posture = Posture.STANDING
     pod: float = 0.9
     """Wanted probability of detection of a standing person."""
+    rate_hz: float = ImagingSettings().rate_hz
+    """Frames per second of each camera."""
     passes: int = 8
     """Flights over the area at most, one after the other, until the person is noticed."""
     close_look_s: float = 20.0
@@ -79,6 +82,7 @@ class SearchStudySettings:
             ("hectares", self.hectares, 0.1, _MOST_HECTARES),
             ("vehicles", self.vehicles, 1, _MOST_VEHICLES),
             ("pod", (self.pod,), LEAST_POD, GREATEST_POD),
+            ("rate", (self.rate_hz,), 0.1, MAX_RATE_HZ),
             ("passes", (self.passes,), 1, 100),
             ("close_look_s", (self.close_look_s,), 0.0, 600.0),
         ):
@@ -160,6 +164,7 @@ class Conditions:
     trees_per_ha: float
     vehicles: int
     hectares: float
+    rate_hz: float = ImagingSettings().rate_hz
 
 
 def plan_for(pod: float, conditions: Conditions) -> MissionPlan:
@@ -169,7 +174,7 @@ def plan_for(pod: float, conditions: Conditions) -> MissionPlan:
         vehicles=conditions.vehicles,
         area_enu_m=((-half_m, -half_m), (half_m, -half_m), (half_m, half_m), (-half_m, half_m)),
         launch_enu_m=(-half_m, -half_m),
-        layer_spacing_m=1.0,
+        rate_hz=conditions.rate_hz,
         forest=forest_of(conditions.trees_per_ha),
         pod=pod,
     )

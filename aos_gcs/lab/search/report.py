@@ -234,8 +234,8 @@ def write_document(
     about = "" if settings.spread is None else f", half of them within {settings.spread:g} sides of a last known point"
     body = (
         f"n = {figures.searches} persons ({settings.posture}{about}), each searched for by all methods; wanted "
-        f"probability of detection {settings.pod:g}, {settings.passes} flights at most, close look "
-        f"{settings.close_look_s:g} s. In "
-        f"brackets: Wilson's intervals of {100 * CONFIDENCE:.0f} %.\n\n{tables.rstrip()}"
+        f"probability of detection {settings.pod:g}, {settings.rate_hz:g} frames per second, {settings.passes} flights "
+        f"at most, close look {settings.close_look_s:g} s. In brackets: Wilson's intervals of "
+        f"{100 * CONFIDENCE:.0f} %.\n\n{tables.rstrip()}"
     )
     path.write_text(frame.format(body=body), encoding="utf-8")

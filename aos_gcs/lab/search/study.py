@@ -72,7 +72,8 @@ def search_for_person(settings: SearchStudySettings, key: SearchKey) -> SearchRe
             in_area_m, prior = person_about_a_point(area_enu_m, settings.spread, rng)
         watch = _Watch(world, target, in_area_m, key.seed, renders=key.seed % 1000 < settings.images)
         for vehicles in settings.vehicles:
-            outcomes += _searches(settings, Conditions(key.trees_per_ha, vehicles, hectares), watch, prior)
+            conditions = Conditions(key.trees_per_ha, vehicles, hectares, settings.rate_hz)
+            outcomes += _searches(settings, conditions, watch, prior)
     return SearchResult(key, tuple(outcomes))
 
 
@@ -186,7 +187,14 @@ class _Watch:
         pixels_m2 = (cameras_m[:, 2] / camera.fx_px) ** 2
         # The same draws for the same frames of the same person.
         rng = np.random.default_rng([self._seed, len(times_s)])
-        marked = marks(shown.seen, pixels_m2, shown.resolution_m, persons_share(self._seed), rng)
+        marked = marks(
+            shown.seen,
+            pixels_m2,
+            shown.resolution_m,
+            posture=self._target.posture,
+            share=persons_share(self._seed, self._target.posture),
+            rng=rng,
+        )
         marked = marked.reshape(len(times_s), -1)
         together = marked if single else np.logical_or.accumulate(marked, axis=0)
         (enough,) = np.nonzero(together.sum(axis=1) * cell_m2 >= self._threshold_m2)

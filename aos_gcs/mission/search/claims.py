@@ -12,6 +12,7 @@ from aos_gcs.mission.journal import Announcer
 from aos_gcs.mission.model.findings import KIND_NAMES, FindingStatus, TargetEstimate
 from aos_gcs.mission.search.findings import Findings
 from aos_gcs.mission.search.looks import Looks
+from aos_gcs.mission.search.persons import SUSPICION
 from aos_gcs.mission.search.same_body import PIECES_M, distance_m
 from aos_gcs.mission.search.targeting import TargetTracker
 from aos_gcs.planning.settings import DetectionSettings
@@ -44,6 +45,8 @@ class Claims:
         self._looks = Looks()
         self._surely_other: frozenset[int] = frozenset()
         """Tracks that have been seen often enough to be surely no person."""
+        self._doubted: set[int] = set()
+        """Announced tracks that operators have been told to be unlikely persons by later looks."""
         self.first_at_s: float | None = None
         """Mission time of the first claim; None before it."""
 
@@ -119,7 +122,20 @@ class Claims:
             elif target.kind in CLAIMED:
                 self._looks.settle(target.track_id, target.position_enu_m)
         self._settle_unconfirmed({target.track_id for target in targets}, kept_enu_m)
+        for target in targets:
+            self._doubt(target)
         return watched
+
+    def _doubt(self, target: TargetEstimate) -> None:
+        """Tell operators once that an announced target is unlikely to be a person, by more looks: they decide."""
+        confidence = target.person_confidence
+        is_doubtful = target.kind is FindingKind.PERSON and confidence is not None and confidence < SUSPICION
+        if not is_doubtful or target.track_id in self._doubted:
+            return
+        if not any(self._findings.at(target, status) for status in (FindingStatus.CONFIRMED, FindingStatus.REJECTED)):
+            self._doubted.add(target.track_id)
+            text = f"{describe(target, target.kind)}. More looks make a person unlikely: judge it in Decide"
+            self._journal.notice(Severity.NEWS, text, track_id=target.track_id)
 
     def _settle_unconfirmed(self, target_ids: AbstractSet[int], kept_enu_m: Sequence[tuple[float, float]]) -> None:
         """Settle the places of what is surely no person, though it was marked too seldom to be a target."""
@@ -159,6 +175,14 @@ class Claims:
             if count >= SURE_SIGHTINGS:
                 others.add(track_id)
         return frozenset(others)
+
+    def may_be_another_person(self) -> bool:
+        """Whether the present target is not decided yet, and may be a person by what was seen of it so far."""
+        target = self._tracker.estimate()
+        if target is None or target.kind is not FindingKind.UNDECIDED:
+            return False
+        verdict = self._tracker.verdict(target.track_id)
+        return verdict is None or verdict.probability is None or verdict.probability >= SUSPICION
 
     def is_worth_a_search(self) -> bool:
         """Whether the present target, which is out of view, may be a person by what most vehicles saw of it last."""

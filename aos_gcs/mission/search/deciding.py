@@ -292,17 +292,20 @@ class Decider:
         return self._continue_scan(situation, detours, framed_ids)
 
     def _watch(self) -> Phase:
-        """Watch a person that was announced for some steps; then go on, or stay or return where the search ends."""
+        """Watch a person that was announced for some steps; then go on, or stay or return where the search ends.
+
+        What has come into view beside the person had glances only: if it may be another one, it gets a look of its own.
+        """
         settings, tracker = self._settings, self.tracker
         self._steps_found += 1
+        stops = settings.detection.stop_at_first
         if tracker.steps_out_of_view >= settings.detection.lost_steps:
             self._journal.notice(Severity.WARNING, "The target is out of view")
-            return Phase.CONVERGE if settings.detection.stop_at_first else self._go_on()
-        if self._steps_found <= settings.detection.hold_steps:
+        elif self._steps_found <= settings.detection.hold_steps:
             return Phase.FOUND
-        if settings.detection.stop_at_first:
+        elif stops:
             return Phase.RETURN if settings.auto_return else Phase.FOUND
-        return self._go_on()
+        return Phase.CONVERGE if stops or self._claims.may_be_another_person() else self._go_on()
 
     def _go_on(self) -> Phase:
         """Leave the target for good, and take up the scan where it was left."""

@@ -40,12 +40,16 @@ class Pool:
         """What all looks together take it for."""
         return pooled(self.verdicts, self.form)
 
+    def distance_m(self, other: Pool) -> float:
+        """Return the distance of the places of two bodies by the latest looks at them."""
+        return float(np.linalg.norm(self.position_enu_m - other.position_enu_m))
+
     def extended(self, latest: Pool) -> Pool:
         """Return the pool with a later one; what is elsewhere and looks like something else is another body.
 
         What is elsewhere has a form of its own, whatever it looks like: two forms together are that of neither.
         """
-        is_elsewhere = np.linalg.norm(latest.position_enu_m - self.position_enu_m) > SAME_PLACE_M
+        is_elsewhere = self.distance_m(latest) > SAME_PLACE_M
         if is_elsewhere and latest.verdicts[0].kind is not self.verdicts[-1].kind:
             return latest
         return replace(

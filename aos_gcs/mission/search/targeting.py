@@ -18,7 +18,7 @@ from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.mission.model.findings import ErrorEllipse, TargetEstimate
 from aos_gcs.mission.search.persons import Judgement
 from aos_gcs.mission.search.pool import Pool, look_at
-from aos_gcs.mission.search.same_body import SAME_PLACE_M
+from aos_gcs.mission.search.same_body import PIECES_M, SAME_PLACE_M
 from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.tracking.tracker import Measurement, Track, Tracks, observe
 
@@ -160,13 +160,22 @@ class TargetTracker:
             # Where nothing warm shows, only a mark tells that something else is there: leaves may hide it.
             if is_in_view or judgement.place is not None:
                 self._shown[track.track_id] = judgement.verdict
-                look = look_at(judgement, track.position_enu_m)
-                pool = self._pools.get(track.track_id)
-                self._pools[track.track_id] = look if pool is None else pool.extended(look)
+                self._pool(track.track_id, look_at(judgement, track.position_enu_m))
             stays = track.walking_share <= 0.5
             self._judged[track.track_id] = judgement if former is None or not stays else _updated(former, judgement)
             if judgement.verdict.kind is FindingKind.PERSON:
                 self._person_places[track.track_id] = self._place(track)
+
+    def _pool(self, track_id: int, look: Pool) -> None:
+        """Add a look at a track to those before it; a new track at a known body goes on with what is known of it.
+
+        Leaves cut a body in pieces: without this, each of its tracks would be judged anew by a few looks.
+        """
+        if (pool := self._pools.get(track_id)) is not None:
+            self._pools[track_id] = pool.extended(look)
+            return
+        known = [other for other in self._pools.values() if other.distance_m(look) <= PIECES_M]
+        self._pools[track_id] = min(known, key=look.distance_m, default=look)
 
     def latest_verdict(self, track_id: int) -> Verdict | None:
         """Return the decision about a track that the latest step marks, or shows something warm at; else None.
@@ -243,10 +252,10 @@ class TargetTracker:
         return min(spread_m, max(surprises_m)) <= self._detection.found_radius_m
 
     def _is_looked_at_enough(self, track_id: int) -> bool:
-        """Return whether enough looks tell what a track is, and enough frames its form, if it shows any."""
+        """Return whether enough looks tell what a track is, and enough vantage points its form, once one shows it."""
         if (pool := self._pools.get(track_id)) is None:
             return False
-        is_form_told = pool.form is None or pool.form.vantage_points >= FORM_TOLD
+        is_form_told = not pool.form_sums.sums or (pool.form is not None and pool.form.vantage_points >= FORM_TOLD)
         return is_form_told and len(telling(pool.verdicts)) >= self._detection.found_steps
 
     def _stays_warm(self, track_id: int) -> bool:

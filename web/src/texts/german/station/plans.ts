@@ -81,6 +81,10 @@ export const plans: readonly StationText[] = [
     "Search speed: at {speed} m/s and {rate} frames per second a camera's frames are {apart} m apart, more than the vehicles, {spacing} m: the ground is seen through fewer gaps.",
     "Suchgeschwindigkeit: Bei {speed} m/s und {rate} Bildern pro Sekunde liegen die Bilder einer Kamera {apart} m auseinander, mehr als die Drohnen, {spacing} m: Der Boden wird durch weniger Lücken gesehen.",
   ],
+  [
+    "Frame rate: at {rate} frames per second the same places are seen at {speed} m/s: {better}, against {worse}. Slower cameras slow the search down.",
+    "Bildrate: Mit {rate} Bildern pro Sekunde werden dieselben Stellen bei {speed} m/s gesehen: {better}, statt {worse}. Langsamere Kameras bremsen die Suche.",
+  ],
   ["{name} has {points} points; use {most} or fewer.", "{name} hat {points} Punkte; höchstens {most} verwenden."],
   [
     "{name} must be a list of points with two finite coordinates each, in metres.",

@@ -69,6 +69,10 @@ export const search: readonly StationText[] = [
   [", ± {sigma} m{reasons}", ", ± {sigma} m{reasons}"],
   [": {reasons}", ": {reasons}"],
   ["{what}. The search goes on", "{what}. Die Suche geht weiter"],
+  [
+    "{what}. More looks make a person unlikely: judge it in Decide",
+    "{what}. Weitere Blicke sprechen gegen eine Person: unter „Funde“ beurteilen",
+  ],
   ["Finding {id} at {east} m east, {north} m north", "Fund {id} bei {east} m Ost, {north} m Nord"],
   ["Finding {id} {change}", "Fund {id} {change}"],
   [
