@@ -6,6 +6,8 @@ turns, and then straight to the waypoint from there: past the corner of a zone t
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,20 +23,28 @@ _LEAST_M = 1e-6
 
 
 def boundary_met(
-    start_m: FloatArray, stop_m: FloatArray, end_m: FloatArray, boundaries: tuple[Boundary, ...]
+    start_m: FloatArray,
+    stop_m: FloatArray,
+    end_m: FloatArray,
+    boundaries: tuple[Boundary, ...],
+    former_end_m: FloatArray | None = None,
 ) -> Boundary | None:
     """Return the first boundary whose margin a vehicle may enter while it turns; None if it keeps all of them.
 
-    A vehicle that is, or will stop, within a margin may turn, but not so that it comes farther into it.
+    A vehicle whose way within a margin is decided already may turn, but not so that it comes farther into it.
 
     Args:
         start_m: where it is, shape (2,).
         stop_m: where it would come to a stop if it were told to now, shape (2,).
         end_m: waypoint that it is sent to, shape (2,).
         boundaries: the geofence and the no-go zones.
+        former_end_m: waypoint that it flies to now, shape (2,), in front of which it brakes; None: it has none.
     """
+    straight_on_m = stop_m if former_end_m is None else former_end_m
+    if math.dist(straight_on_m, end_m) <= SLACK_M:
+        return None
     swept_m = _swept(start_m, stop_m, end_m)
-    return next((one for one in boundaries if _enters(swept_m, start_m, stop_m, one)), None)
+    return next((one for one in boundaries if _enters(swept_m, start_m, straight_on_m, one)), None)
 
 
 def _swept(start_m: FloatArray, stop_m: FloatArray, end_m: FloatArray) -> FloatArray:
@@ -48,9 +58,9 @@ def _swept(start_m: FloatArray, stop_m: FloatArray, end_m: FloatArray) -> FloatA
     return np.array([start_m, stop_m, end_m + past_m * along, end_m])
 
 
-def _enters(swept_m: FloatArray, start_m: FloatArray, stop_m: FloatArray, boundary: Boundary) -> bool:
+def _enters(swept_m: FloatArray, start_m: FloatArray, straight_on_m: FloatArray, boundary: Boundary) -> bool:
     starts, ends = edges(boundary.vertices_m)
-    straight_m = float(segment_distance(start_m, stop_m, starts, ends).min())
+    straight_m = float(segment_distance(start_m, straight_on_m, starts, ends).min())
     depth_m = boundary.depth_m(start_m)
     if depth_m <= _LEAST_M or straight_m <= _LEAST_M:  # on the wrong side, or about to be: no turn is worse
         return False

@@ -1,7 +1,8 @@
 """Vetting of waypoints: each planned waypoint is sent, shortened or held, never sent unchecked.
 
 A vehicle flies the straight segment from where it is to its waypoint. One that is too fast for that, so that its turn
-would enter the margin of a boundary, is held until it is slow enough. Two rules keep the checks consistent:
+would enter the margin of a boundary, is held until it is slow enough, or flies on to where it brakes already. Two rules
+keep the checks consistent:
 
 - Vehicles are vetted by ascending id. A segment keeps its distance to the segments admitted before, and to where all
   other vehicles are now, go on to, and would come to a stop, so that holding stays safe for vehicles that are vetted
@@ -25,7 +26,7 @@ from aos_gcs.airspace.polygon import Boundary, edges, edges_met
 from aos_gcs.airspace.separation import admissible_fraction
 from aos_gcs.airspace.terrain import GroundRaster
 from aos_gcs.airspace.traffic import ALL_ADMITTED, MIN_MOVE_M, Admission, Obstacle, Traffic, WaypointRequest
-from aos_gcs.airspace.turning import boundary_met
+from aos_gcs.airspace.turning import SLACK_M, boundary_met
 from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict, as_enu_point
 
 FloatArray = NDArray[np.float64]
@@ -125,10 +126,32 @@ def _vet_segment(
         sent, verdict = start + flown_m / length_m * (end - start), WaypointVerdict.SHORTENED
         reason = f"shortened to {flown_m:.1f} of {length_m:.1f} m: {admission.reason}"
     if request.vehicle_id not in far.boundaries and request.stop_enu_m is not None:
-        met = boundary_met(start[:2], request.stop_enu_m[:2], sent[:2], boundaries)
+        former = None if request.waypoint_enu_m is None else request.waypoint_enu_m[:2]
+        met = boundary_met(start[:2], request.stop_enu_m[:2], sent[:2], boundaries, former)
         if met is not None:
-            return replace(_held(request, f"it is too fast to turn there clear of {met.name}"), is_unfit=True)
+            reason = f"it is too fast to turn there clear of {met.name}"
+            return _straight_on(request, boundaries, traffic, limits, reason)
     return WaypointRecord(request.vehicle_id, as_enu_point(end), as_enu_point(sent), verdict, reason)
+
+
+def _straight_on(
+    request: WaypointRequest, boundaries: tuple[Boundary, ...], traffic: Traffic, limits: SafetyLimits, reason: str
+) -> WaypointRecord:
+    """Return what becomes of a vehicle that is too fast to turn.
+
+    One that brakes already in front of its former waypoint flies on there: it would stop behind it if it were held.
+    """
+    record = _held(request, reason)
+    former, stop = request.waypoint_enu_m, request.stop_enu_m
+    if former is not None and stop is not None:
+        start = request.position_enu_m
+        if math.dist(start, former) <= math.dist(start, stop) + SLACK_M:
+            on = replace(request, requested_enu_m=former, stop_enu_m=None)
+            found = _vet_segment(on, boundaries, traffic, limits, (_Far(frozenset(), frozenset()), ALL_ADMITTED))
+            if found.sent_enu_m is not None:
+                reason = f"flies on to its former waypoint: {reason}"
+                record = replace(record, sent_enu_m=found.sent_enu_m, verdict=WaypointVerdict.SHORTENED, reason=reason)
+    return replace(record, is_unfit=True)
 
 
 def _reason_to_hold(request: WaypointRequest, limits: SafetyLimits) -> str:  # noqa: PLR0911 - one line per reason

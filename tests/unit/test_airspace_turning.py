@@ -35,12 +35,23 @@ ZONE = ((-3.0, 56.0), (4.0, 56.0), (4.0, 59.0), (-3.0, 59.0))
 LIMITS = limits(ZONE)
 
 
-def vet(start_m: Place, velocity_mps: Place, end_m: Place, asked: SafetyLimits = LIMITS) -> WaypointRecord:
-    """Return what becomes of the waypoint of a vehicle that flies at a velocity."""
+def vet(
+    start_m: Place,
+    velocity_mps: Place,
+    end_m: Place,
+    asked: SafetyLimits = LIMITS,
+    former_end_m: Place | None = None,
+) -> WaypointRecord:
+    """Return what becomes of the waypoint of a vehicle that flies at a velocity, to a former waypoint."""
     start, velocity = np.array([*start_m, HEIGHT_M]), np.array([*velocity_mps, 0.0])
     stop = start + np.linalg.norm(velocity) / (2.0 * DECELERATION_MPS2) * velocity
     vehicle = request(1, (*start_m, HEIGHT_M), (*end_m, HEIGHT_M))
-    (record,) = vet_waypoints([replace(vehicle, stop_enu_m=stop if velocity.any() else None)], [], asked)
+    vehicle = replace(
+        vehicle,
+        stop_enu_m=stop if velocity.any() else None,
+        waypoint_enu_m=None if former_end_m is None else np.array([*former_end_m, HEIGHT_M]),
+    )
+    (record,) = vet_waypoints([vehicle], [], asked)
     return record
 
 
@@ -77,6 +88,20 @@ def test_a_vehicle_that_cannot_keep_the_margin_any_more_may_turn_away() -> None:
     towards_m, velocity_mps = (0.5, 48.0), (0.0, 8.0)
     assert vet(towards_m, velocity_mps, (0.5, 20.0)).verdict is WaypointVerdict.SENT
     assert vet(towards_m, velocity_mps, (30.0, 40.0)).verdict is WaypointVerdict.SENT
+
+
+def test_a_vehicle_that_brakes_in_front_of_a_zone_is_not_sent_to_a_nearer_place_beside_its_line() -> None:
+    """Flown 0.9 m into the margin by the campaign, seed 911151: it braked in the turn for less than straight on."""
+    asked = limits(((-5.7, 65.2), (-1.0, 65.2), (-1.0, 70.0), (-5.7, 70.0)), margin_m=2.5)
+    start_m, velocity_mps, former_end_m = (0.46, 55.4), (-1.14, 6.48), (-0.82, 62.7)
+    record = vet(start_m, velocity_mps, (-2.1, 61.79), asked, former_end_m)
+    assert record.reason == "flies on to its former waypoint: it is too fast to turn there clear of no-go zone 1"
+    assert record.sent_enu_m == pytest.approx((*former_end_m, HEIGHT_M), abs=0.05)
+    assert record.is_unfit
+    far = vet(start_m, velocity_mps, (-2.1, 61.79), asked, former_end_m=(8.0, 75.0))
+    assert far.verdict is WaypointVerdict.HELD, "it would fly on for long"
+    assert vet(start_m, velocity_mps, former_end_m, asked, former_end_m).verdict is WaypointVerdict.SENT, "no turn"
+    assert vet(start_m, (-0.3, 1.5), (-2.1, 61.79), asked, former_end_m).verdict is WaypointVerdict.SENT, "slow"
 
 
 def test_a_zone_within_the_turn_is_met_also_where_no_side_of_the_turn_comes_near() -> None:
