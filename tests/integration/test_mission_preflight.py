@@ -205,7 +205,7 @@ async def test_return_heights_are_those_of_the_layers_until_all_have_landed() ->
         await run
     assert [first.return_height_m, second.return_height_m] == [60.0, 30.0]
     assert sorted(record.vehicle_id for record in flight.recorder.settings if record.is_restored) == [1, 2]
-    assert any("failsafe return height restored: RTL_ALT = 6000" in text for text in flight.texts())
+    assert any(text.endswith("failsafe return height restored") for text in flight.texts())
 
 
 async def test_the_height_before_is_on_record_before_another_one_is_written() -> None:

@@ -73,8 +73,7 @@ class ReturnHeights:
             self._former[member.vehicle_id] = facts.return_settings
             await self._record(member, facts.return_settings, is_restored=False)
         await member.vehicle.set_return_height(height_m, deadline_s)
-        before = _in_words(self._former[member.vehicle_id])
-        text = f"failsafe return height {height_m:g} m, its altitude layer (was {before})"
+        text = f"failsafe return height set to {height_m:g} m, its altitude layer, until it has landed"
         self._context.journal.notice(Severity.INFO, text, member.vehicle_id)
 
     async def restore(self) -> None:
@@ -93,9 +92,7 @@ class ReturnHeights:
             text = f"failsafe return height not restored ({error}). Set it by hand: {_in_words(former)}"
             context.journal.notice(Severity.WARNING, text, member.vehicle_id)
             return
-        context.journal.notice(
-            Severity.INFO, f"failsafe return height restored: {_in_words(former)}", member.vehicle_id
-        )
+        context.journal.notice(Severity.INFO, "failsafe return height restored", member.vehicle_id)
         await self._record(member, former, is_restored=True)
 
     async def _record(self, member: Member, former: Mapping[str, float], *, is_restored: bool) -> None:

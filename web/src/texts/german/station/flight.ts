@@ -174,10 +174,10 @@ export const flight: readonly StationText[] = [
   ],
   ["taken up in the air, in its layer at {height} m", "in der Luft übernommen, in ihrer Höhenebene bei {height} m"],
   [
-    "failsafe return height {height} m, its altitude layer (was {before})",
-    "Rückkehrhöhe der Notfunktion {height} m, ihre Höhenebene (vorher {before})",
+    "failsafe return height set to {height} m, its altitude layer, until it has landed",
+    "Rückkehrhöhe der Notfunktion auf {height} m gesetzt, ihre Höhenebene, bis sie gelandet ist",
   ],
-  ["failsafe return height restored: {settings}", "Rückkehrhöhe der Notfunktion wiederhergestellt: {settings}"],
+  ["failsafe return height restored", "Rückkehrhöhe der Notfunktion wiederhergestellt"],
   [
     "failsafe return height not restored ({error}). Set it by hand: {settings}",
     "Rückkehrhöhe der Notfunktion nicht wiederhergestellt ({error}). Von Hand setzen: {settings}",
