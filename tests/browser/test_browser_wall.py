@@ -122,6 +122,7 @@ async def test_a_video_is_made_cancelled_refused_and_downloaded(
         videos.fail("The video cannot be written: No space left on device.")
         await expect(page.get_by_test_id("video-problem")).to_contain_text("No space left on device")
         await page.get_by_test_id("video-make").click()
+        await expect(page.get_by_test_id("video-progress")).to_be_visible()
         async with page.expect_download() as downloading:
             videos.finish()
         download = await downloading.value
