@@ -110,8 +110,10 @@ async def test_a_waypoint_does_not_overrule_a_pilot_whom_no_heartbeat_has_shown_
         vehicle = await flown_by_us(bench)
         if flown_by is ReturnToLaunch:
             await vehicle.execute(ReturnToLaunch(), bench.after(30.0))
-        # A heartbeat of before the pilot's change is on its way.
         await bench.clock.sleep(3.0)
+        # Just after a heartbeat: one of before the change that is still on its way cannot be told from an answer.
+        heard_at_s = vehicle.state.armed_at_s
+        await bench.until(lambda: vehicle.state.armed_at_s != heard_at_s)
         mode = OUR_MODES[autopilot] if holds else PILOT_MODES[autopilot][0]
         select_mode(bench, mode)
         assert vehicle.state.taken_over == ""

@@ -51,7 +51,9 @@ def check_result(program: Program, vehicles: int) -> None:
     assert result["vehicles"] == result["landed"] == vehicles
     assert result["target_error_m"] <= 1.0
     assert result["time_to_detection_s"] > 0.0
-    assert 0.0 < result["visibility_final"] <= result["visibility_max"] <= 1.0
+    # Leaves may hide the person from the last step, of vehicles that fly by the machine's clock.
+    assert 0.0 <= result["visibility_final"] <= result["visibility_max"]
+    assert 0.0 < result["visibility_max"] <= 1.0
     assert result["min_separation_m"] >= SEPARATION_M
     assert Path(result["mission_dir"]) == program.mission_folder
 
