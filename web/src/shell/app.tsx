@@ -31,6 +31,7 @@ import { Settings } from "./settings";
 import { SignIn } from "./sign_in";
 import { Toast } from "./toast";
 import { useAlerts } from "./use_alerts";
+import { useAskedName } from "./use_asked_name";
 import { useSession } from "./use_session";
 import { storedVoice, storeVoice } from "./voice";
 
@@ -45,9 +46,8 @@ export function App({ store, stream }: { store: Store; stream: HoldStream }) {
   const [units, setUnits] = useState(storedUnits);
   chooseUnits(units);
   const [language, setLanguage] = useState(chosenLanguage);
-  const [isSigningIn, setSigningIn] = useState(
-    (access.code !== "" && access.lastName === "") || access.invitation !== "",
-  );
+  const asked = useAskedName(access);
+  const [isSigningIn, setSigningIn] = useState(access.invitation !== "");
   useEffect(() => {
     // Who has used this screen last opens the address of operators: their name is known, and shown.
     if (access.code === "" || access.lastName === "") return;
@@ -78,14 +78,15 @@ export function App({ store, stream }: { store: Store; stream: HoldStream }) {
   // While the role is unknown the page offers commands and the station decides: a hold must not wait for an answer.
   const role = access.session?.role ?? "operator";
   const isOperator = access.session !== null && may(role, "operator");
+  const isToPrepare = isOperator || asked !== null;
   const isReplay = mission !== null && mission.replay !== null;
   const isSurvey = state.capabilities.survey;
   const mayCommand = may(role, "operator") && !isReplay && !isSurvey;
   useEffect(() => {
     // Before the launch an operator who has opened no view in particular prepares it.
-    if (isOperator && mission !== null && !isReplay && !isSurvey && BEFORE_START.has(mission.phase))
+    if (isToPrepare && mission !== null && !isReplay && !isSurvey && BEFORE_START.has(mission.phase))
       openUnnamed("prepare");
-  }, [isOperator, mission === null]);
+  }, [isToPrepare, mission === null]);
   // Ages in a recording are those of its own time, even while it is paused.
   const snapshotAge_s = isReplay ? 0 : (performance.now() - state.missionAtMs) / 1000;
   const isMissionSilent = connection === "open" && isSilent(mission, snapshotAge_s);
@@ -97,6 +98,7 @@ export function App({ store, stream }: { store: Store; stream: HoldStream }) {
     isOperator,
     mayCommand,
     operator: access.session?.name ?? "",
+    asked: isSurvey || isReplay ? null : asked,
     alerts,
     mayJudge: may(role, "analyst") && !isReplay && state.capabilities.findings,
     mayMakeVideos: may(role, "analyst") && state.capabilities.video,
@@ -133,6 +135,7 @@ export function App({ store, stream }: { store: Store; stream: HoldStream }) {
             mission={mission}
             connection={isMissionSilent ? "silent" : connection}
             session={access.session}
+            asked={isSigningIn ? null : asked}
             mayCommand={mayCommand}
             isSurvey={isSurvey}
             onHoldAll={commands.holdAll}
@@ -174,7 +177,9 @@ export function App({ store, stream }: { store: Store; stream: HoldStream }) {
           </main>
           {(route.view !== "fly" || !mayCommand) && <Toast commands={commands} />}
           <Question commands={commands} />
-          {(isSigningIn || role === "visitor") && <SignIn access={access} onClose={() => setSigningIn(false)} />}
+          {(isSigningIn || role === "visitor") && (
+            <SignIn access={access} typedName={asked?.name ?? ""} onClose={() => setSigningIn(false)} />
+          )}
           {areSettingsOpen && (
             <Settings
               access={access}

@@ -8,6 +8,7 @@ import type { State } from "../state/state";
 import type { Theme } from "../theme";
 import type { Commands } from "./commands";
 import type { Route, ViewName } from "./route";
+import type { AskedName } from "./use_asked_name";
 
 export interface Shell {
   readonly state: State;
@@ -19,6 +20,8 @@ export interface Shell {
   readonly mayCommand: boolean;
   /** Name that actions of this page are recorded with; empty while nobody has signed in. */
   readonly operator: string;
+  /** Name that the page asks for before it may command; null where it asks for none. */
+  readonly asked: AskedName | null;
   /** Alerts that nobody has acknowledged, the most severe first. */
   readonly alerts: readonly Alert[];
   /** Whether this page may mark and judge findings. */

@@ -8,12 +8,16 @@ import { said, texts } from "../texts";
 import "./accounts.css";
 import { ControlButton } from "./control";
 import { HoldAll } from "./hold_all";
+import { NameField } from "./name_field";
+import type { AskedName } from "./use_asked_name";
 
 interface Props {
   mission: Mission | null;
   /** State `silent`: the station answers, but the mission does not. */
   connection: Connection | "silent";
   session: Session | null;
+  /** Name that is asked for in the place of the button that opens the sign-in. */
+  asked: AskedName | null;
   mayCommand: boolean;
   isSurvey: boolean;
   onHoldAll(): void;
@@ -24,7 +28,10 @@ interface Props {
 }
 
 export function Header(props: Props) {
-  const { mission, connection, session, mayCommand, isSurvey, onHoldAll, onSignIn, onSettings, children } = props;
+  const { mission, connection, session, asked, mayCommand, isSurvey, onHoldAll, onSignIn, onSettings, children } =
+    props;
+  const isNamed = session !== null && session.name !== "";
+  const isObserver = session !== null && !may(session.role, "operator");
   return (
     <header class="header">
       <h1>{texts.title}</h1>
@@ -37,7 +44,7 @@ export function Header(props: Props) {
       </div>
       <span class={`connection is-${connection}`} data-testid="connection" data-state={connection} role="status">
         {texts.connection[connection]}
-        {session !== null && session.name !== "" && (
+        {isNamed && (
           <small>
             <b data-testid="operator" title={signedInAs(session)}>
               {session.name}
@@ -49,6 +56,11 @@ export function Header(props: Props) {
             )}
           </small>
         )}
+        {isObserver && (
+          <small class="badge" data-testid={session.role}>
+            {texts.team.roles[session.role]}
+          </small>
+        )}
       </span>
       {session !== null && may(session.role, "operator") && (
         <ControlButton control={mission?.control ?? null} own={session.name} />
@@ -57,12 +69,8 @@ export function Header(props: Props) {
         {texts.settings.open}
       </button>
       {mayCommand && <HoldAll testId="hold-all" onHoldAll={onHoldAll} />}
-      {session !== null && !may(session.role, "operator") && (
-        <span class="badge" data-testid={session.role}>
-          {texts.team.roles[session.role]}
-        </span>
-      )}
-      {session !== null && session.sign_in_required && session.name === "" && (
+      {asked !== null && <NameField asked={asked} onSignIn={onSignIn} />}
+      {asked === null && session !== null && session.sign_in_required && !isNamed && (
         <button
           type="button"
           data-testid="sign-in-open"

@@ -6,18 +6,18 @@ import { Dialog } from "../ui/dialog";
 import type { Access } from "./use_session";
 
 /** Who is signed in stays so, and can hold all vehicles, until somebody else has signed in or goes on as an observer. */
-export function SignIn({ access, onClose }: { access: Access; onClose(): void }) {
+export function SignIn({ access, typedName, onClose }: { access: Access; typedName: string; onClose(): void }) {
   if (access.invitation !== "") return <Join access={access} onClose={onClose} />;
   return access.session?.accounts ? (
     <ByAccount access={access} onClose={onClose} />
   ) : (
-    <ByCode access={access} onClose={onClose} />
+    <ByCode access={access} typedName={typedName} onClose={onClose} />
   );
 }
 
-function ByCode({ access, onClose }: { access: Access; onClose(): void }) {
+function ByCode({ access, typedName, onClose }: { access: Access; typedName: string; onClose(): void }) {
   const [code, setCode] = useState(access.code);
-  const [name, setName] = useState(isSignedIn(access) ? "" : access.lastName);
+  const [name, setName] = useState(isSignedIn(access) ? "" : typedName || access.lastName);
   const { signIn } = texts;
   return (
     <SignInForm

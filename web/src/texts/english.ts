@@ -97,6 +97,9 @@ export const english = {
   signIn: {
     title: "Sign in as operator",
     name: "Name, for the audit log",
+    leaving: "Press Enter, or leave the field, to sign in.",
+    nameMissing: "Enter your name: the audit log needs it.",
+    otherCode: "Enter another code",
     code: "Operator code, printed by the station at its start",
     submit: "Sign in",
     observe: "Continue as observer",
@@ -316,6 +319,8 @@ export const english = {
     launch: "Launch",
     holdTo: (ids: string) => (ids === "" ? "Launch" : `Hold to launch ${ids}`),
     holdToConfirm: (ids: string) => `Hold to confirm and launch ${ids}`,
+    nameFirst: "Sign in at the top of the page first: the audit log needs your name.",
+    notSignedIn: "Not launched: you were not signed in yet. Hold again when your name is shown at the top.",
     keepHolding: "Keep holding: the checks run …",
     flies: (ids: string, name: string) => `Vehicles ${ids} take off.${name === "" ? "" : ` Recorded as ${name}.`}`,
     checkedFirst: "They are confirmed and checked first. Let go to stop.",

@@ -78,6 +78,9 @@ const texts: Texts = {
   signIn: {
     title: "Als Bediener anmelden",
     name: "Name, für das Protokoll",
+    leaving: "Mit der Eingabetaste, oder beim Verlassen des Feldes, sind Sie angemeldet.",
+    nameMissing: "Namen eingeben: Das Protokoll braucht ihn.",
+    otherCode: "Anderen Code eingeben",
     code: "Bedienercode, den die Bodenstation beim Start ausgibt",
     submit: "Anmelden",
     observe: "Weiter als Beobachter",
@@ -317,6 +320,8 @@ const texts: Texts = {
     launch: "Start",
     holdTo: (ids) => (ids === "" ? "Start" : `Halten, um ${ids} zu starten`),
     holdToConfirm: (ids) => `Halten: ${ids} bestätigen und starten`,
+    nameFirst: "Erst oben anmelden: Das Protokoll braucht Ihren Namen.",
+    notSignedIn: "Nicht gestartet: noch nicht angemeldet. Noch einmal halten, sobald oben der Name steht.",
     keepHolding: "Weiter halten: Prüfungen laufen …",
     flies: (ids, name) => `Drohnen ${ids} heben ab.${name === "" ? "" : ` Protokolliert als ${name}.`}`,
     checkedFirst: "Vorher werden sie bestätigt und geprüft. Loslassen bricht ab.",

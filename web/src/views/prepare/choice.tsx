@@ -17,12 +17,13 @@ interface Props {
 }
 
 export function VehicleChoice({ chosen, onChange, onConfirmed }: Props) {
-  const { state, isConnected, mayCommand } = useShell();
+  const { state, isConnected, mayCommand, asked } = useShell();
   const { mission } = state;
   const [refusal, setRefusal] = useState<string | null>(null);
   if (mission === null || mission.vehicles.length === 0) return null;
   const confirmed = confirmedIds(mission.vehicles);
-  const isOpen = mayCommand && isConnected && isOffered("choose", mission, new Set());
+  // Shown before the sign-in, too: the button below must not move when a press on it signs in.
+  const isOpen = (mayCommand || asked !== null) && isConnected && isOffered("choose", mission, new Set());
   const isNew = chosen.length > 0 && !isSame(chosen, confirmed);
   const confirm = async (): Promise<void> => {
     const answer = await postAction({ action: "choose", vehicleIds: chosen });
@@ -47,9 +48,10 @@ export function VehicleChoice({ chosen, onChange, onConfirmed }: Props) {
           <VehicleBoxes
             ids={ascending(mission.vehicles.map((vehicle) => vehicle.vehicle_id))}
             chosen={chosen}
+            isDisabled={!mayCommand}
             onToggle={toggle}
           />
-          <button type="submit" data-testid="confirm-vehicles" disabled={!isNew}>
+          <button type="submit" data-testid="confirm-vehicles" disabled={!isNew || !mayCommand}>
             {texts.prepare.confirm(chosen.length)}
           </button>
           <p class="is-bad" role="alert">
@@ -66,11 +68,12 @@ const STEPS: Readonly<Record<string, number>> = { ArrowUp: -1, ArrowLeft: -1, Ar
 interface BoxesProps {
   ids: readonly number[];
   chosen: readonly number[];
+  isDisabled: boolean;
   onToggle(id: number, isChosen: boolean): void;
 }
 
 /** One box per vehicle: the Tab key stops once, and the arrow keys move from box to box. */
-function VehicleBoxes({ ids, chosen, onToggle }: BoxesProps) {
+function VehicleBoxes({ ids, chosen, isDisabled, onToggle }: BoxesProps) {
   const [visited, setVisited] = useState<number | null>(null);
   const stop = ids.find((id) => id === visited) ?? ids[0];
   const moveFocus = (event: KeyboardEvent & { currentTarget: HTMLElement }): void => {
@@ -89,6 +92,7 @@ function VehicleBoxes({ ids, chosen, onToggle }: BoxesProps) {
             data-testid={`choose-${id}`}
             tabIndex={id === stop ? 0 : -1}
             checked={chosen.includes(id)}
+            disabled={isDisabled}
             onFocus={() => setVisited(id)}
             onChange={(event) => onToggle(id, event.currentTarget.checked)}
           />

@@ -18,10 +18,11 @@ interface Props {
 }
 
 export function LaunchPanel({ checks, vehicles, onChoose, onConfirmed }: Props) {
-  const { state, isConnected, mayCommand, commands } = useShell();
+  const { state, isConnected, mayCommand, asked, commands } = useShell();
+  const isOffering = mayCommand || asked !== null;
   const { mission } = state;
   // What only waits for the confirmation is no issue: the button below confirms, too.
-  const isProposed = mayCommand && mission !== null && isProposal(mission, vehicles);
+  const isProposed = isOffering && mission !== null && isProposal(mission, vehicles);
   const shown = isProposed ? withoutConfirmation(checks, vehicles) : checks;
   const blockers = blockersOf(shown);
   const warnings = warningsOf(shown).size;
@@ -67,7 +68,7 @@ export function LaunchPanel({ checks, vehicles, onChoose, onConfirmed }: Props) 
           ))}
         </ul>
       </div>
-      {mayCommand && mission !== null && (
+      {isOffering && mission !== null && (
         <LaunchHold mission={mission} checks={checks} vehicles={vehicles} onConfirmed={onConfirmed} />
       )}
     </Panel>

@@ -34,12 +34,14 @@ interface Waiting {
 }
 
 export function LaunchHold({ mission, checks, vehicles, onConfirmed }: Props) {
-  const { isConnected, commands, operator } = useShell();
+  const { isConnected, commands, operator, asked } = useShell();
   const [waiting, setWaiting] = useState<Waiting | null>(null);
   const [note, setNote] = useState("");
   const group = useRef<HTMLDivElement>(null);
+  const { prepare } = texts;
   const step = nextStep(mission, checks, vehicles);
-  const isAvailable = isConnected && step !== null;
+  const isNameMissing = asked !== null && (asked.name === "" || asked.refusal !== "");
+  const isAvailable = isConnected && step !== null && !isNameMissing;
 
   const confirm = async (): Promise<void> => {
     const started: Waiting = { vehicles, warnings: warningsOf(checks) };
@@ -51,7 +53,11 @@ export function LaunchHold({ mission, checks, vehicles, onConfirmed }: Props) {
   };
   const begin = (): void => {
     setNote("");
-    if (step === "launch") commands.launch();
+    // The press has made the name leave its field: without an answer by now, nothing is launched under any name.
+    if (asked !== null) {
+      asked.leave();
+      setNote(prepare.notSignedIn);
+    } else if (step === "launch") commands.launch();
     else if (step === "confirm") void confirm();
   };
   const stop = (reason: string): void => {
@@ -73,6 +79,7 @@ export function LaunchHold({ mission, checks, vehicles, onConfirmed }: Props) {
     const timer = setTimeout(() => stop(texts.prepare.checksLast), CHECKED_WITHIN_MS);
     return () => clearTimeout(timer);
   }, [waiting]);
+  useEffect(() => setNote(""), [operator]);
   useEffect(() => {
     // Who comes by a key or from signing in launches next; who works on this page keeps the focus.
     const { activeElement } = document;
@@ -80,15 +87,15 @@ export function LaunchHold({ mission, checks, vehicles, onConfirmed }: Props) {
     if (isAvailable && isFree && document.querySelector("dialog[open]") === null) {
       group.current?.focus({ preventScroll: true });
     }
-  }, [isAvailable]);
+  }, [isAvailable, operator]);
 
   const ids = ranges(vehicles);
-  const { prepare } = texts;
   const label = waiting ? prepare.keepHolding : step === "confirm" ? prepare.holdToConfirm(ids) : prepare.holdTo(ids);
   return (
     <div ref={group} class="launch-hold" role="group" tabIndex={-1} aria-label={prepare.launch}>
       <p id={CONSEQUENCE_ID} class="small" data-testid="launch-consequence">
-        {step !== null && `${prepare.flies(ids, operator)} ${texts.actions.consequence.start}`}
+        {step !== null && isNameMissing && `${prepare.nameFirst} `}
+        {step !== null && `${prepare.flies(ids, asked?.name ?? operator)} ${texts.actions.consequence.start}`}
         {step === "confirm" && ` ${prepare.checkedFirst}`}
       </p>
       <p class="is-bad" role="alert" data-testid="launch-note">
