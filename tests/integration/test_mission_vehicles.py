@@ -14,7 +14,7 @@ from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.preflight import checks
 from aos_gcs.planning.settings import Deadlines, PreflightSettings
-from aos_gcs.ports import Arm
+from aos_gcs.ports import Arm, Safeguard
 from tests.fakes.mission_flight import Flight, flying, prepare
 
 pytestmark = pytest.mark.looptime
@@ -83,6 +83,24 @@ async def test_without_names_nothing_starts_until_an_operator_has_chosen() -> No
         await run
     assert commanded(flight) == {2, 4, 5}
     assert "Ada: vehicles 2, 4, 5 fly the mission" in flight.texts()
+
+
+async def test_settings_read_just_before_the_confirmation_are_not_read_again_before_they_are_changed() -> None:
+    preflight = PreflightSettings(upload_fence=True, set_return_height=True)
+    flight = prepare(3, vehicles=3, any_vehicles=False, preflight=preflight, **BY_HAND)
+    vehicles = list(flight.fleet.members.values())
+    async with flying(flight) as run:
+        await flight.clock.sleep(12.0)
+        before = [vehicle.inspections for vehicle in vehicles]
+        assert min(before) > 1, "the settings of proposed vehicles are read again and again"
+        await flight.commands.act(Action.CHOOSE, (1, 2, 3))
+        await flight.until(lambda: flight.mission.phase is Phase.READY)
+        assert [vehicle.uploads for vehicle in vehicles] == [1, 1, 1]
+        assert [vehicle.inspections for vehicle in vehicles] == [number + 1 for number in before], "read back once"
+        vehicles[0].facts["link_loss"] = Safeguard(False, "none", "set FS_GCS_ENABLE to 1")
+        await flight.until(lambda: flight.mission.phase is Phase.PREFLIGHT)
+        await flight.commands.act(Action.ABORT, None)
+        await run
 
 
 async def test_more_vehicles_than_fit_below_the_ceiling_do_not_launch() -> None:

@@ -32,6 +32,8 @@ _POLL_S = 0.5
 _QUESTIONS = 4.0
 """Deadline of an inspection, in deadlines of one command."""
 _MAX_HEARD_AGO_S = 3.0
+_FRESH_S = 2.0 * RETRY_S
+"""Age up to which settings that were read before a vehicle was confirmed need not be read again first."""
 _SAME_HEIGHT_M = 0.05
 """Largest difference of equal heights: autopilots store centimetres, or 32-bit floats."""
 
@@ -118,6 +120,8 @@ class _Subject:
 
     inspection: Inspection = Inspection()
     due_s: float = -math.inf
+    read_s: float = -math.inf
+    """Time after which the settings of a vehicle not confirmed yet were read; -inf where they have to be read again."""
     situation: object = None
     """State of the vehicle whose change calls for another inspection."""
     task: asyncio.Task[None] | None = None
@@ -205,6 +209,7 @@ class Inspector:
         situation = (state.autopilot, state.home is None, None if state.link is None else state.link.address)
         if situation != subject.situation:
             subject.situation = situation
+            subject.read_s = -math.inf
             return True
         return is_new or self._context.clock.now_s() >= subject.due_s
 
@@ -233,11 +238,21 @@ class Inspector:
             subject.due_s = self._context.clock.now_s() + period_s
 
     async def _read(self, member: Member, subject: _Subject) -> None:
-        """Read the settings; where one is not as planned and may be changed, change it and read again."""
-        await self._inspect(member, subject)
+        """Read the settings; where one is not as planned and may be changed, change it and read again.
+
+        Those of a vehicle that has just been confirmed were read a moment ago: they are compared, and only changes are
+        read back, so that the confirmation takes no longer than they do.
+        """
+        began_s, is_confirmed = self._context.clock.now_s(), self._is_to_fly(member)
+        is_known = is_confirmed and began_s - subject.read_s <= _FRESH_S
+        subject.read_s = -math.inf  # once only: who is asked again is read again
+        if not is_known:
+            await self._inspect(member, subject)
         has_written = [await self._upload_fence(member, subject), await self._set_return_height(member, subject)]
         if any(has_written):
             await self._inspect(member, subject)
+        if not is_confirmed and not subject.inspection.problem:
+            subject.read_s = began_s
 
     async def _upload_fence(self, member: Member, subject: _Subject) -> bool:
         """Upload the planned geofence where it may be and is missing; return whether that was done."""
