@@ -48,6 +48,9 @@ def run(
     tls: Annotated[
         bool, typer.Option("--tls", help="Encrypt the dashboard with a certificate of the station's own.")
     ] = False,
+    open_browser: Annotated[
+        bool, typer.Option("--open", help="Open the dashboard in this machine's browser, for operators.")
+    ] = False,
     headless: Annotated[bool, typer.Option("--headless", help="Run without the dashboard.")] = False,
     exit_when_done: Annotated[
         bool,
@@ -84,6 +87,7 @@ def run(
     if tls_cert is not None:
         service.api.tls_cert, service.api.tls_key = tls_cert, tls_key
     service.api.tls = service.api.tls or tls
+    service.api.open_browser = service.api.open_browser or open_browser
     if headless:
         service.api.enabled = False
     stay = service.api.enabled and not exit_when_done
@@ -116,6 +120,7 @@ async def _fly(config: ServiceConfig, beginning: NextSortie | None, *, stay: boo
 
     outcome, following = await _fly_sortie(config, beginning, stay=stay)
     while following is not None:
+        config.api.open_browser = False  # its page goes on with the next sortie
         outcome, following = await _fly_sortie(config, following, stay=stay)
     return outcome not in {Outcome.FAILED, Outcome.ABORTED}
 

@@ -91,6 +91,8 @@ class ApiConfig(BaseModel):
     enabled: bool = True
     host: str = "127.0.0.1"
     port: Annotated[int, Field(ge=0, le=65535)] = 8080
+    open_browser: bool = False
+    """Whether the station opens its page in this machine's browser when it starts."""
     operator_code_file: Path | None = None
     """File with the code by which operators sign in; by default a random code that outlasts restarts."""
     accounts: Path | None = None

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import logging
+import os
 import sys
+import threading
+import webbrowser
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -63,8 +66,11 @@ def open_accounts(path: Path) -> AccountFile:
 
 
 def announce(address: ServerAddress, config: ApiConfig, code: str) -> None:
-    """Log the addresses that observers and operators open, and how they recognize the station."""
+    """Log the addresses that observers and operators open, and how they recognize the station; open one if asked to."""
     _announce_encryption(address, config)
+    is_code_given = config.accounts is None and config.operator_code_file is None
+    if config.open_browser:
+        _open(f"{address.url}#code={code}" if is_code_given else address.url)
     if config.accounts is not None:
         _log.info("Dashboard: %s. Everybody signs in with an account of %s.", address.url, config.accounts)
         return
@@ -74,6 +80,20 @@ def announce(address: ServerAddress, config: ApiConfig, code: str) -> None:
         _log.info("Dashboard for operators: %s#code=%s", address.url, code)
     else:
         _log.info("Operators sign in there with the code in %s.", config.operator_code_file)
+
+
+def _open(url: str) -> None:
+    """Open an address in the browser of this machine, which the service does not wait for."""
+    if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        # Without a screen it would be a text browser, which takes the terminal over.
+        _log.warning("No browser was opened: this terminal has no screen. Open the address below.")
+        return
+
+    def open_it() -> None:
+        if not webbrowser.open(url):
+            _log.warning("No browser was opened: none was found. Open the address below.")
+
+    threading.Thread(target=open_it, name="browser", daemon=True).start()
 
 
 def _announce_encryption(address: ServerAddress, config: ApiConfig) -> None:
