@@ -14,6 +14,7 @@ from aos_gcs.sharing.channel import ChannelError
 from aos_gcs.sharing.settings import TakSettings
 from aos_gcs.sharing.tak import channel as tak_channel
 from aos_gcs.sharing.tak.channel import TakChannel
+from aos_gcs.sharing.tak.events import ping_xml
 from tests.fakes.sharing import parsed, seen
 from tests.unit.test_sharing_tak import PONG, PONG_UTC_S, finding, snapshot
 
@@ -117,6 +118,24 @@ async def test_a_server_that_accepts_and_never_answers_is_named(monkeypatch: pyt
         network.connections[0].incoming.put_nowait(PONG)
         await asyncio.sleep(2.0)
         assert "answers no pings" not in channel.status.text
+
+
+@pytest.mark.looptime
+async def test_a_server_that_returns_our_pings_is_alive_and_those_of_others_tell_nothing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    async with sharing(monkeypatch) as (channel, network):
+        await asyncio.sleep(40.0)
+        incoming = network.connections[0].incoming
+        incoming.put_nowait(ping_xml("another", PONG_UTC_S))
+        await asyncio.sleep(2.0)
+        assert "answers no pings" in channel.status.text
+        (ours, *_) = network.connections[0].batches[0]
+        incoming.put_nowait(ours)
+        await asyncio.sleep(2.0)
+        assert "answers no pings" not in channel.status.text
+        # It is our own time that comes back: nothing is said of the server's clock.
+        assert "clock" not in channel.status.text
 
 
 @pytest.mark.looptime

@@ -18,7 +18,7 @@ from aos_gcs.sharing.tak.board import MarkBoard
 from aos_gcs.sharing.tak.connection import Connection, connect
 from aos_gcs.sharing.tak.events import ping_xml
 from aos_gcs.sharing.tak.inbox import Inbox
-from aos_gcs.sharing.tak.incoming import PONG_TYPE, EventSplitter, parse_event, pong_utc_s
+from aos_gcs.sharing.tak.incoming import EventSplitter, is_answer, may_answer, parse_event, pong_utc_s
 from aos_gcs.sharing.tak.scene import scene
 
 PING_S = 10.0
@@ -137,19 +137,21 @@ class TakChannel:
 
     def _take(self, event: bytes, connection: Connection) -> None:
         """Take an event of others: an answer to a ping, or what may be a proposal."""
-        if PONG_TYPE not in event and not (self._settings.receive and self._inbox.admits(event)):
+        is_mark = self._settings.receive and self._inbox.admits(event)
+        if not is_mark and not may_answer(event):
             return
         try:
             element = parse_event(event)
         except InputDataError as error:
             self._inbox.refuse(str(error))
             return
-        server_utc_s = pong_utc_s(element)
-        if server_utc_s is not None:
-            self._clock_text = _clock_text(server_utc_s - self._utc_s())
+        if is_answer(element, self._settings.name):
+            server_utc_s = pong_utc_s(element)
+            if server_utc_s is not None:
+                self._clock_text = _clock_text(server_utc_s - self._utc_s())
             self._answered_at_s = self._now_s()
             self._statuses.connected(self._text(connection))
-        elif self._settings.receive:
+        elif is_mark:
             self._inbox.take(element)
 
     def _text(self, connection: Connection) -> str:

@@ -19,6 +19,8 @@ LE90 = 1.645
 """Half the interval that holds 90 % of a normal distribution, in standard deviations."""
 UNKNOWN = "9999999.0"
 """Value of heights and errors that are not known."""
+PING_TYPE = "t-x-c-t"
+"""Type of pings."""
 _MAX_TEXT = 2000
 """Longest text that is sent; longer comments end there."""
 _DELETION_STALE_S = 60.0
@@ -63,9 +65,14 @@ def deletion_xml(uid: str, utc_s: float) -> bytes:
     return ET.tostring(event)
 
 
+def ping_uid(name: str) -> str:
+    """Return the identifier of a station's pings."""
+    return f"{name}-ping"
+
+
 def ping_xml(name: str, utc_s: float) -> bytes:
     """Return the event that servers answer."""
-    event = _event(f"{name}-ping", "t-x-c-t", "m-g", utc_s, _PING_STALE_S)
+    event = _event(ping_uid(name), PING_TYPE, "m-g", utc_s, _PING_STALE_S)
     _add_point(event, 0.0, 0.0)
     ET.SubElement(event, "detail")
     return ET.tostring(event)

@@ -11,13 +11,16 @@ from defusedxml.common import DefusedXmlException
 
 from aos_gcs.errors import InputDataError
 from aos_gcs.input_values import shown
+from aos_gcs.sharing.tak.events import PING_TYPE, ping_uid
 
 MAX_EVENT_BYTES: Final = 65_536
 """Longest event; what is longer is thrown away."""
 _END: Final = b"</event>"
 _BEGIN: Final = b"<event"
-PONG_TYPE: Final = b"t-x-c-t-r"
-"""Type of a server's answer to a ping, as it stands in every such event."""
+MAX_ANSWER_BYTES: Final = 2_048
+"""Longest answer to a ping."""
+_PONG_TYPE: Final = f"{PING_TYPE}-r"
+"""Type of a server's answer to a ping; some servers return the ping itself."""
 
 
 class EventSplitter:
@@ -67,9 +70,20 @@ def time_of(element: Element, field: str) -> float:
         raise InputDataError(f"{field} {shown(text)} is no time") from None
 
 
+def may_answer(event: bytes) -> bool:
+    """Return whether an event may be the answer to a ping, before it is parsed."""
+    return len(event) <= MAX_ANSWER_BYTES and PING_TYPE.encode() in event
+
+
+def is_answer(element: Element, name: str) -> bool:
+    """Return whether an event answers a ping of the station of this name: with an answer, or with the ping itself."""
+    kind = element.get("type")
+    return kind == _PONG_TYPE or (kind == PING_TYPE and element.get("uid") == ping_uid(name))
+
+
 def pong_utc_s(element: Element) -> float | None:
     """Return the server's time if an event is its answer to a ping, and readable; else None."""
-    if element.get("type") != PONG_TYPE.decode():
+    if element.get("type") != _PONG_TYPE:
         return None
     try:
         return time_of(element, "time")
