@@ -29,6 +29,7 @@ hashes = pytest.importorskip("cryptography.hazmat.primitives.hashes")
 rsa = pytest.importorskip("cryptography.hazmat.primitives.asymmetric.rsa")
 serialization = pytest.importorskip("cryptography.hazmat.primitives.serialization")
 
+PEM = serialization.Encoding.PEM
 USER, PASSWORD = "aos1", "correct:horse"
 CONFIG = """<?xml version="1.0"?><ns2:certificateConfig xmlns:ns2="http://bbn.com/marti/xml/config"><nameEntries>
 <nameEntry name="O" value="Mountain Rescue"/><nameEntry name="OU" value="Air"/><nameEntry name="X" value="no"/>
@@ -77,7 +78,10 @@ class Signer(BaseHTTPRequestHandler):
 
 
 def signed(folder: Path, request_pem: bytes, key: Any = None) -> dict[str, str]:
-    """Return the answer of a server that has signed a request: without the lines around its certificates."""
+    """Return the answer of a server that has signed a request: without the lines around its certificates.
+
+    The authority is there twice, as OpenTAKServer sends it.
+    """
     request = x509.load_pem_x509_csr(request_pem)
     ca = x509.load_pem_x509_certificate((folder / "ca.pem").read_bytes())
     ca_key = serialization.load_pem_private_key((folder / "ca.key").read_bytes(), None)
@@ -92,8 +96,8 @@ def signed(folder: Path, request_pem: bytes, key: Any = None) -> dict[str, str]:
         .not_valid_after(now + timedelta(days=30))
         .sign(ca_key, hashes.SHA256())
     )
-    bare = "".join(certificate.public_bytes(serialization.Encoding.PEM).decode().splitlines()[1:-1])
-    return {"signedCert": bare, "ca0": (folder / "ca.pem").read_text(encoding="ascii"), "version": "2"}
+    bare, ca_bare = ("\n".join(one.public_bytes(PEM).decode().splitlines()[1:-1]) for one in (certificate, ca))
+    return {"signedCert": bare, "ca0": ca_bare, "ca1": ca_bare, "version": "2"}
 
 
 @contextmanager
@@ -232,6 +236,7 @@ def test_a_wrong_password_is_named_and_not_repeated(
     [
         ({"ca_file": "stranger.pem"}, "not signed by the authority that we trust"),
         ({"server_name": "tak.example"}, "for another name"),
+        ({"server_name": "tak.example"}, "Its names: '127.0.0.1'."),
     ],
 )
 def test_a_server_that_is_not_trusted_never_sees_the_password(

@@ -254,7 +254,11 @@ def tls_error(error: ssl.SSLError) -> ChannelError:
         elif "expired" in error.verify_message:
             text = "The server's certificate has expired, or this machine's clock is wrong."
         elif "match" in error.verify_message or "mismatch" in error.verify_message:
-            text = f"The server's certificate is for another name ({error.verify_message}). Configure that name."
+            reason = error.verify_message.rstrip(".")
+            text = (
+                f"The server's certificate is for another name ({reason}). Set tak.server_name to the name in it, if "
+                "that is the server of your team."
+            )
         else:
             text = f"The server's certificate is not signed by the authority that we trust ({error.verify_message})."
     elif "ALERT" in (error.reason or ""):

@@ -23,6 +23,7 @@ from defusedxml.common import DefusedXmlException
 
 from aos_gcs.errors import ConfigurationError, LinkError
 from aos_gcs.extras import load_extra
+from aos_gcs.input_values import shown
 from aos_gcs.sharing.settings import TakSettings
 from aos_gcs.sharing.tak.connection import reason_text, tls_error
 
@@ -33,6 +34,10 @@ _KEY_BITS: Final = 2048
 """Size of the RSA key."""
 _OK: Final = 200
 _REFUSED: Final = (401, 403)
+_OTHER_NAME: Final = (62, 64)
+"""OpenSSL's codes for a certificate of another host and of another address."""
+_MOST_NAMES: Final = 8
+"""Names of a certificate that are told."""
 _NAMES: Final = {"O": "ORGANIZATION_NAME", "OU": "ORGANIZATIONAL_UNIT_NAME"}
 """Names that servers ask for, by those of the library."""
 _MAX_NAME: Final = 64
@@ -95,6 +100,8 @@ class _Server:
         self._name = settings.server_name or self._host
         self._authorization = "Basic " + b64encode(f"{user}:{password}".encode()).decode()
         self._context = _trust(settings)
+        self._nameless = _trust(settings)
+        self._nameless.check_hostname = False  # its authority is checked all the same
         self.place = f"{self._host}:{self._port}"
 
     def ask(self, method: str, path: str, body: bytes | None = None) -> bytes:
@@ -107,7 +114,7 @@ class _Server:
         except TimeoutError:
             raise LinkError(f"No answer of {self.place} within {TIMEOUT_S:.0f} s; check address and network.") from None
         except ssl.SSLError as error:
-            raise LinkError(f"{self.place}: {tls_error(error)}") from error
+            raise LinkError(f"{self.place}: {tls_error(error)}{self._other_names(error)}") from error
         except OSError as error:
             raise LinkError(f"{self.place}: {reason_text(error)}") from error
         except HTTPException as error:
@@ -137,6 +144,21 @@ class _Server:
                 return response.status, response.read(_MAX_BYTES + 1)
             finally:
                 connection.close()
+
+    def _other_names(self, error: ssl.SSLError) -> str:
+        """Return which names the server's certificate has instead of the expected one; the password is not sent."""
+        if not isinstance(error, ssl.SSLCertVerificationError) or error.verify_code not in _OTHER_NAME:
+            return ""
+        try:
+            with (
+                socket.create_connection((self._host, self._port), TIMEOUT_S) as raw,
+                self._nameless.wrap_socket(raw) as encrypted,
+            ):
+                certificate: Mapping[str, Any] = encrypted.getpeercert() or {}
+        except OSError:
+            return ""
+        names = [shown(value) for _, value in certificate.get("subjectAltName", ())]
+        return f" Its names: {', '.join(names[:_MOST_NAMES])}." if names else ""
 
 
 def _trust(settings: TakSettings) -> ssl.SSLContext:
@@ -175,6 +197,7 @@ def _signed(answer: bytes, x509: Any) -> tuple[Any, list[Any]]:
         parts = json.loads(answer)
         certificate = x509.load_pem_x509_certificate(_pem(parts["signedCert"]))
         authorities = [x509.load_pem_x509_certificate(_pem(parts[name])) for name in _authority_names(parts)]
+        authorities = list(dict.fromkeys(authorities))  # some servers send one under several names
     except (ValueError, TypeError, KeyError) as error:
         raise LinkError("The server's answer holds no certificate that can be read; ask its administrator.") from error
     return certificate, authorities

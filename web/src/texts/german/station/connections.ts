@@ -90,8 +90,8 @@ export const connections: readonly StationText[] = [
     "Das Zertifikat des Servers ist abgelaufen, oder die Uhr dieses Rechners geht falsch.",
   ],
   [
-    "The server's certificate is for another name ({name}). Configure that name.",
-    "Das Zertifikat des Servers gilt für einen anderen Namen ({name}). Diesen Namen einstellen.",
+    "The server's certificate is for another name ({reason}). Set tak.server_name to the name in it, if that is the server of your team.",
+    "Das Zertifikat des Servers gilt für einen anderen Namen ({reason}). tak.server_name auf den Namen im Zertifikat setzen, falls das der Server des Teams ist.",
   ],
   [
     "The server's certificate is not signed by the authority that we trust ({reason}).",
