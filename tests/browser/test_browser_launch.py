@@ -152,6 +152,12 @@ async def test_a_possible_person_is_confirmed_on_the_map_by_one_press(
     held = await page.get_by_test_id("hold-all").bounding_box()
     assert held is not None
     assert held["y"] + held["height"] <= place["y"]
+    if width_px > 1000:
+        picture = await card.get_by_role("link").first.bounding_box()
+        assert picture is not None
+        assert picture["width"] >= 200
+        covered_px2 = (map_place["y"] + map_place["height"] - place["y"]) * place["width"]
+        assert covered_px2 < 0.15 * map_place["width"] * map_place["height"], "the place is seen on the map"
     await card.get_by_test_id("judge-confirmed").click()
     await expect(card.get_by_test_id("alerted-status")).to_have_text(re.compile("confirmed"))
     await card.get_by_test_id("alerted-close").click()
