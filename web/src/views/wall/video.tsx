@@ -1,5 +1,5 @@
 /** Makes a video of the wall on the station, shows how far it is, and hands it out. */
-import { useEffect, useRef } from "preact/hooks";
+import { useEffect, useRef, useState } from "preact/hooks";
 import { beginVideo, giveUpVideo, type Video, VIDEO_URL } from "../../api/video";
 import { duration, likelihood, quantity } from "../../format";
 import { useShell } from "../../shell/context";
@@ -17,18 +17,18 @@ export function VideoPanel({ tiles }: Props) {
   const { state, notation, mayMakeVideos } = useShell();
   const { video, problem, take } = useVideo();
   const link = useRef<HTMLAnchorElement>(null);
-  const wanted = useRef<number | null>(null);
+  const [wanted, setWanted] = useState<number | null>(null);
   const isReady = video?.phase === "ready";
-  // The page that has asked for it downloads it by itself; others have the link.
+  // The page that has asked for it downloads it by itself, also where it was ready before the answer; others have the link.
   useEffect(() => {
-    if (!isReady || video.number !== wanted.current) return;
-    wanted.current = null;
+    if (!isReady || video.number !== wanted) return;
+    setWanted(null);
     link.current?.click();
-  }, [isReady, video?.number]);
+  }, [isReady, video?.number, wanted]);
   if (video === null) return null;
   const begin = async (): Promise<void> => {
     const answer = await beginVideo(tiles, notation);
-    if (answer.ok) wanted.current = answer.value.number;
+    if (answer.ok) setWanted(answer.value.number);
     take(answer);
   };
   const { wall } = texts;
