@@ -11,26 +11,17 @@ Source: Triggs, McLauchlan, Hartley and Fitzgibbon, *Bundle Adjustment: A Modern
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
-from scipy.spatial.transform import Rotation
 
 from aos_gcs.geometry.camera import CameraModel
-from aos_gcs.geometry.distortion import LensDistortion, LensModel
 from aos_gcs.geometry.poses import Pose
+from aos_gcs.surveys.calibration.observations import COMMON, OWN, ObservationModel, Unknowns
 from aos_gcs.surveys.calibration.tracks import Tracks
 from aos_gcs.surveys.motion import ImageMotion
-
-COMMON = 7
-"""Unknowns of all images: turns about the camera's right, down and forward (rad), relative focal length, k1, k2, offset
-of the clock (s)."""
-CLOCK = 6
-"""Place of the clock's offset among them."""
-OWN = 6
-"""Unknowns of one image: errors of its position (m) and turns of its attitude (rad)."""
 
 PRIOR_SIGMAS = np.array([np.radians(3.0)] * 3 + [0.05, 0.1, 0.1, 0.3])
 """Standard deviations of the common unknowns before anything is measured."""
@@ -88,89 +79,6 @@ class Adjusted:
     attitude_error_sigmas: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Unknowns:
-    common: NDArray[np.float64]
-    own: NDArray[np.float64]
-    """Shape (n, ``OWN``)."""
-    points_m: NDArray[np.float64]
-    """Shape (m, 3)."""
-
-    def plus(self, step: NDArray[np.float64], points_step_m: NDArray[np.float64]) -> _Unknowns:
-        return _Unknowns(
-            self.common + step[:COMMON], self.own + step[COMMON:].reshape(-1, OWN), self.points_m + points_step_m
-        )
-
-
-def corrected_camera(camera: CameraModel, common: NDArray[np.float64]) -> CameraModel:
-    """Return the camera with the common unknowns applied."""
-    lens = camera.distortion or LensDistortion(LensModel.BROWN_CONRADY, (0.0,) * 5)
-    k1, k2, *rest = lens.coefficients
-    return replace(
-        camera,
-        fx_px=camera.fx_px * (1.0 + float(common[3])),
-        fy_px=camera.fy_px * (1.0 + float(common[3])),
-        distortion=LensDistortion(lens.model, (k1 + float(common[4]), k2 + float(common[5]), *rest)),
-    )
-
-
-class _Model:
-    """Places at which images show points, with the derivatives by all unknowns."""
-
-    def __init__(self, tracks: Tracks, camera: CameraModel, poses: Sequence[Pose], motion: ImageMotion) -> None:
-        self._tracks, self._camera = tracks, camera
-        image = tracks.image
-        self._R = np.array([pose.R_cam2enu for pose in poses])[image]
-        self._centre_m = np.array([pose.position_enu_m for pose in poses])[image]
-        self._velocity = motion.velocity_mps[image]
-        self._acceleration = motion.acceleration_mps2[image]
-        self._rate = motion.rate_cam_radps[image]
-
-    def places(
-        self, common: NDArray[np.float64], own: NDArray[np.float64], points_m: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
-        """Return pixels, shape (k, 2); ``own`` and the points have one row per observation."""
-        offset_s = float(common[CLOCK])
-        centre_m = self._centre_m + self._velocity * offset_s + 0.5 * self._acceleration * offset_s**2 + own[:, :3]
-        in_camera = np.einsum("kji,kj->ki", self._R, points_m - centre_m)
-        in_camera = Rotation.from_rotvec(-self._rate * offset_s).apply(in_camera)
-        in_camera = Rotation.from_rotvec(-common[:3]).apply(in_camera)
-        in_camera = Rotation.from_rotvec(-own[:, 3:]).apply(in_camera)
-        depth_m = in_camera[:, 2:]
-        in_front = depth_m > 0.0
-        normalised = np.where(in_front, in_camera[:, :2] / np.where(in_front, depth_m, 1.0), np.nan)
-        return corrected_camera(self._camera, common).to_pixels(normalised)
-
-    def residuals(self, unknowns: _Unknowns) -> NDArray[np.float64]:
-        """Return measured minus predicted places, shape (k, 2); NaN where a point is not in front of its camera."""
-        tracks = self._tracks
-        places = self.places(unknowns.common, unknowns.own[tracks.image], unknowns.points_m[tracks.point])
-        return np.asarray(tracks.pixels - places)
-
-    def derivatives(self, unknowns: _Unknowns) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the derivatives of the places.
-
-        By the common and the image's own unknowns, shape (k, 2, ``COMMON`` + ``OWN``), and by the point, (k, 2, 3).
-        """
-        own, points_m = unknowns.own[self._tracks.image], unknowns.points_m[self._tracks.point]
-        columns = []
-        for index in range(COMMON + OWN + 3):
-            h = 1e-4 if index in (CLOCK, *range(COMMON + OWN, COMMON + OWN + 3)) else 1e-6
-            sides = []
-            for step in (h, -h):
-                common, mine, moved = unknowns.common.copy(), own, points_m
-                if index < COMMON:
-                    common[index] += step
-                elif index < COMMON + OWN:
-                    mine = own + step * (np.arange(OWN) == index - COMMON)
-                else:
-                    moved = points_m + step * (np.arange(3) == index - COMMON - OWN)
-                sides.append(self.places(common, mine, moved))
-            columns.append((sides[0] - sides[1]) / (2.0 * h))
-        J = np.stack(columns, axis=2)
-        return J[:, :, : COMMON + OWN], J[:, :, COMMON + OWN :]
-
-
 def adjust(
     tracks: Tracks,
     points_m: NDArray[np.float64],
@@ -194,16 +102,18 @@ def adjust(
         fixed: common unknowns that stay as they are, shape (``COMMON``,).
         min_sigma_px: smallest standard deviation that a measured place is taken to have along each axis.
     """
-    model = _Model(tracks, camera, poses, motion)
-    information = _information(sigmas, fixed)
-    now = _Unknowns(np.zeros(COMMON), np.zeros((len(poses), OWN)), points_m)
+    model = ObservationModel(tracks, camera, poses, motion)
+    information = _information(sigmas)
+    now = Unknowns(np.zeros(COMMON), np.zeros((len(poses), OWN)), points_m)
     residual = model.residuals(now)
     before_px = float(np.nanmedian(np.linalg.norm(residual, axis=1)))
     damping = 1e-3
     covariance = np.diag(PRIOR_SIGMAS**2)
     for _ in range(ITERATIONS):
         sigma_px = _sigma_px(residual, min_sigma_px)
-        system = _System.of(model, now, residual, sigma_px=sigma_px, tracks=tracks, information=information)
+        system = _System.of(
+            model, now, residual, sigma_px=sigma_px, tracks=tracks, information=information, fixed=fixed
+        )
         cost = _cost(residual, now, sigma_px, information)
         while damping < 1e6:
             step, points_step_m = system.step(damping)
@@ -215,7 +125,7 @@ def adjust(
         else:
             break
         now, residual, damping = tried, tried_residual, max(damping / 10.0, 1e-9)
-        covariance = system.covariance()
+        covariance = np.where(fixed | fixed[:, np.newaxis], 0.0, system.covariance())
         if (np.abs(step[:COMMON]) < _CONVERGED * np.sqrt(np.diag(covariance)) + 1e-12).all():
             break
     after_px = float(np.nanmedian(np.linalg.norm(residual, axis=1)))
@@ -233,12 +143,11 @@ def adjust(
     )
 
 
-def _information(sigmas: Sigmas, fixed: NDArray[np.bool_]) -> NDArray[np.float64]:
+def _information(sigmas: Sigmas) -> NDArray[np.float64]:
     """Return the inverse covariance of the common and all own unknowns before anything is measured."""
     count = len(sigmas.position_m)
     diagonal = np.full(COMMON + OWN * count, sigmas.attitude_rad)
-    # A standard deviation of next to nothing holds an unknown.
-    diagonal[:COMMON] = np.where(fixed, 1e-9, PRIOR_SIGMAS)
+    diagonal[:COMMON] = PRIOR_SIGMAS
     information = np.diag(diagonal**-2.0)
     for axis in range(3):
         rows = COMMON + OWN * np.arange(count) + axis
@@ -251,7 +160,7 @@ def _sigma_px(residual: NDArray[np.float64], min_sigma_px: float) -> float:
 
 
 def _cost(
-    residual: NDArray[np.float64], unknowns: _Unknowns, sigma_px: float, information: NDArray[np.float64]
+    residual: NDArray[np.float64], unknowns: Unknowns, sigma_px: float, information: NDArray[np.float64]
 ) -> float:
     squares = np.sum(residual**2, axis=1) / (CAUCHY_SIGMAS * sigma_px) ** 2
     # What has left the image costs as much as an outlier of ten standard deviations.
@@ -275,19 +184,22 @@ class _System:
     @classmethod
     def of(
         cls,
-        model: _Model,
-        unknowns: _Unknowns,
+        model: ObservationModel,
+        unknowns: Unknowns,
         residual: NDArray[np.float64],
         *,
         sigma_px: float,
         tracks: Tracks,
         information: NDArray[np.float64],
+        fixed: NDArray[np.bool_],
     ) -> _System:
         """Linearise about the unknowns."""
         J, J_point = model.derivatives(unknowns)
         seen = (
             np.isfinite(residual).all(axis=1) & np.isfinite(J).all(axis=(1, 2)) & np.isfinite(J_point).all(axis=(1, 2))
         )
+        # No place depends on what is held, so that no step changes it.
+        J[:, :, :COMMON][:, :, fixed] = 0.0
         J, J_point, residual = J[seen], J_point[seen], residual[seen]
         image, point = tracks.image[seen], tracks.point[seen]
         squares = np.sum(residual**2, axis=1) / sigma_px**2
@@ -329,7 +241,7 @@ class _System:
     def covariance(self) -> NDArray[np.float64]:
         """Return the covariance of the common unknowns."""
         reduced = self._reduced(0.0)[0]
-        # Unknowns in units of their own: those that are held weigh 1e18 times as much as others.
+        # Unknowns in units of their own: the information on some is 1e6 times that on others.
         units = 1.0 / np.sqrt(np.diag(reduced))
         covariance = (np.linalg.inv(reduced * np.outer(units, units)) * np.outer(units, units))[:COMMON, :COMMON]
         return np.asarray((covariance + covariance.T) / 2.0)

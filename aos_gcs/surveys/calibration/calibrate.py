@@ -13,16 +13,9 @@ from aos_gcs.errors import InputDataError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import R_CAM2SENSOR_FRD, Pose
 from aos_gcs.geometry.projection import project_points
-from aos_gcs.surveys.calibration.adjustment import (
-    CLOCK,
-    COMMON,
-    PRIOR_SIGMAS,
-    Adjusted,
-    Sigmas,
-    adjust,
-    corrected_camera,
-)
+from aos_gcs.surveys.calibration.adjustment import PRIOR_SIGMAS, Adjusted, Sigmas, adjust
 from aos_gcs.surveys.calibration.held_out import HeldOut, held_out_residuals
+from aos_gcs.surveys.calibration.observations import CLOCK, COMMON, corrected_camera
 from aos_gcs.surveys.calibration.tracks import Features, Tracks, find_features, make_tracks, match, triangulate
 from aos_gcs.surveys.images import read_frame
 from aos_gcs.surveys.model import Survey

@@ -16,7 +16,8 @@ from scipy.spatial.transform import Rotation
 
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
-from aos_gcs.surveys.calibration.adjustment import CLOCK, Sigmas, adjust, corrected_camera
+from aos_gcs.surveys.calibration.adjustment import Sigmas, adjust
+from aos_gcs.surveys.calibration.observations import CLOCK, corrected_camera
 from aos_gcs.surveys.calibration.tracks import Tracks, triangulate
 from aos_gcs.surveys.motion import ImageMotion
 

@@ -16,7 +16,8 @@ from scipy.spatial.transform import Rotation
 from aos_gcs.errors import InputDataError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
-from aos_gcs.surveys.calibration.adjustment import COMMON, OWN, Adjusted, Sigmas, adjust
+from aos_gcs.surveys.calibration.adjustment import Adjusted, Sigmas, adjust
+from aos_gcs.surveys.calibration.observations import COMMON, OWN
 from aos_gcs.surveys.calibration.tracks import Features, find_features, make_tracks, match, triangulate
 from aos_gcs.surveys.images import read_frame
 from aos_gcs.surveys.model import Survey
