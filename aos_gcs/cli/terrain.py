@@ -76,6 +76,7 @@ def check(
     from aos_gcs.elevation.geoid import find_geoid  # noqa: PLC0415 - keeps the other commands' help fast
     from aos_gcs.elevation.model import SURFACE_WARNING, ElevationModel, ModelKind  # noqa: PLC0415
     from aos_gcs.planning.settings import TerrainSettings  # noqa: PLC0415
+    from aos_gcs.planning.suspected_holes import holes_warning  # noqa: PLC0415
 
     if kind not in list(ModelKind):
         raise ConfigurationError(f"--kind must be terrain or surface, got {kind!r}.")
@@ -98,6 +99,8 @@ def check(
     typer.echo(json.dumps(found) if as_json else "\n".join([*_lines(report), *_followed_lines(followed)]))
     if report.kind is ModelKind.SURFACE:
         typer.echo(SURFACE_WARNING, err=True)
+    if report.holes is not None and report.holes.suspected is not None:
+        typer.echo(holes_warning(report.holes.suspected), err=True)
     if misfit is not None:
         typer.echo(misfit, err=True)
     if misfit is not None or not report.is_complete:
@@ -157,8 +160,8 @@ def _followed_lines(followed: FollowedHeights | None) -> list[str]:
     if followed is None:
         return []
     text = (
-        f"layers that follow the ground (terrain.follow): above a surface of {followed.lowest_m:.1f} to "
-        f"{followed.highest_m:.1f} m above the launch site, at most {followed.max_slope:.0%} steep, "
+        f"layers that follow the ground (terrain.follow): above a surface of {followed.lowest_m:z.1f} to "
+        f"{followed.highest_m:z.1f} m above the launch site, at most {followed.max_slope:.0%} steep, "
         f"{followed.least_above_ground_m:.1f} to {followed.most_above_ground_m:.1f} m above ground"
     )
     if not followed.is_below_ceiling:

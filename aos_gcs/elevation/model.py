@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from aos_gcs.elevation.datum import SIGMA_TO_EGM96_M, StatedDatum, VerticalDatum
 from aos_gcs.elevation.geoid import Geoid
+from aos_gcs.elevation.suspects import SuspectedHoles, overlaps, refuse_disagreement, zeros_at_a_step
 from aos_gcs.elevation.tile import BLOCK_CELLS, BlockCache, ElevationTile, block_counts
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.extras import load_extra
@@ -52,6 +54,8 @@ class Holes:
     """Number of all cells that were looked at."""
     first_deg: tuple[float, float] | None
     """Latitude and longitude of one of them."""
+    suspected: SuspectedHoles | None = None
+    """Cells with a height of 0 m that may have none."""
 
 
 class ElevationModel:
@@ -102,6 +106,8 @@ class ElevationModel:
             )
         pyproj: Any = load_extra("pyproj", "geo", "Reading an elevation model")
         self._to_crs = pyproj.Transformer.from_crs("EPSG:4326", first.horizontal_crs, always_xy=True)
+        self._turn = 2.0 * math.pi / first.horizontal_crs.axis_info[0].unit_conversion_factor
+        """Whole turn in units of a coordinate system of angles."""
         self._refuse_places_off_the_earth()
 
     @property
@@ -138,8 +144,8 @@ class ElevationModel:
 
     def _refuse_places_off_the_earth(self) -> None:
         south, west, north, east = bounds_deg = self.bounds_deg()
-        # Longitudes up to 360 degrees stand in models that begin at Greenwich.
-        if not (np.isfinite(bounds_deg).all() and -90.0 <= south < north <= 90.0 and -180.0 <= west < east <= 360.0):
+        # Longitudes up to 360 degrees stand in models that begin at Greenwich, those below -180 in ones across 180.
+        if not (np.isfinite(bounds_deg).all() and -90.0 <= south < north <= 90.0 and -360.0 <= west < east <= 360.0):
             raise InputDataError(
                 f"The elevation model {self._tiles[0].path} lies off the earth, at latitudes from {south:g} to "
                 f"{north:g} and longitudes from {west:g} to {east:g} degrees: its coordinates are not those of "
@@ -165,25 +171,32 @@ class ElevationModel:
         """Return the heights above mean sea level (EGM96) at places; NaN where the model has a hole or ends.
 
         Raises:
-            InputDataError: if a file cannot be read any more, or has impossible heights.
+            InputDataError: if a file cannot be read any more, has impossible heights, or contradicts another.
         """
         latitude, longitude = np.broadcast_arrays(
             np.asarray(latitude_deg, dtype=np.float64), np.asarray(longitude_deg, dtype=np.float64)
         )
         shape = latitude.shape
-        x, y = (np.atleast_1d(axis) for axis in self._to_crs.transform(longitude.ravel(), latitude.ravel()))
-        heights = self._interpolated(np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)).reshape(shape)
-        if self.datum.datum is VerticalDatum.ELLIPSOID and self.geoid is not None:
-            heights = heights - self.geoid.undulation_m(latitude, longitude)
-        return heights
+        heights = self._interpolated(*self._coordinates(latitude.ravel(), longitude.ravel())).reshape(shape)
+        return heights - self.undulation_m(latitude, longitude) if self._is_shifted else heights
 
     def row_column(
         self, latitude_deg: NDArray[np.float64], longitude_deg: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return places, shape (n,), as rows and columns of the grid; whole numbers are the centres of cells."""
-        x, y = self._to_crs.transform(longitude_deg, latitude_deg)
-        row, column = self._tiles[0].row_column(np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64))
+        row, column = self._tiles[0].row_column(*self._coordinates(latitude_deg, longitude_deg))
         return row, column
+
+    def _coordinates(
+        self, latitude_deg: NDArray[np.float64], longitude_deg: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return places, shape (n,), in the coordinate system of the files, whichever turn their longitudes are in."""
+        x, y = (np.atleast_1d(axis) for axis in self._to_crs.transform(longitude_deg, latitude_deg))
+        x, y = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
+        if self._tiles[0].crs.is_geographic:
+            first = self._tiles[0].bounds
+            x = x - self._turn * np.rint((x - (first[0] + first[2]) / 2.0) / self._turn)
+        return x, y
 
     def cells_of_files(self, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> NDArray[np.float32]:
         """Return the heights of cells, above the files' datum; NaN where the model has a hole or ends.
@@ -193,7 +206,7 @@ class ElevationModel:
             columns: columns of the grid, consecutive.
 
         Raises:
-            InputDataError: if a file cannot be read any more, or has impossible heights.
+            InputDataError: if a file cannot be read any more, has impossible heights, or contradicts another.
         """
         heights = np.full((len(rows), len(columns)), np.nan, dtype=np.float32)
         for tile in self._tiles:
@@ -205,6 +218,7 @@ class ElevationModel:
                 continue
             part = heights[row - first_row : row_end - first_row, column - first_column : column_end - first_column]
             known = tile.read(row, column, row_end - row, column_end - column)
+            refuse_disagreement(known, part, tile.path, self.paths)
             # Where files overlap, one with a hole does not hide another's height.
             np.copyto(part, known, where=np.isnan(part))
         return heights
@@ -212,43 +226,64 @@ class ElevationModel:
     def undulation_m(
         self, latitude_deg: NDArray[np.float64], longitude_deg: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Return what is to be taken off the files' heights for heights above mean sea level, shape (n,)."""
-        if self.datum.datum is VerticalDatum.ELLIPSOID and self.geoid is not None:
-            return self.geoid.undulation_m(latitude_deg, longitude_deg)
-        return np.zeros(len(latitude_deg))
+        """Return what is to be taken off the files' heights for heights above mean sea level."""
+        if self.geoid is None or not self._is_shifted:
+            return np.zeros(np.shape(latitude_deg))
+        return self.geoid.undulation_m(latitude_deg, longitude_deg)
+
+    @property
+    def _is_shifted(self) -> bool:
+        """Whether the files' heights are changed to those above EGM96."""
+        return self.datum.datum is VerticalDatum.ELLIPSOID and self.geoid is not None
 
     def holes(self, max_cells: int) -> Holes | None:
         """Count the cells without a height; None if there are more than ``max_cells`` cells to look at.
 
         Raises:
-            InputDataError: if a file cannot be read any more, or has impossible heights.
+            InputDataError: if a file cannot be read any more, has impossible heights, or contradicts another.
         """
         if self.cells > max_cells:
             return None
-        count, first = 0, None
+        for shared in overlaps([self._box(tile) for tile in self._tiles], BLOCK_CELLS):
+            self.cells_of_files(*(np.array(part) for part in shared))
+        count, zeros, first, first_zero = 0, 0, None, None
         for tile in self._tiles:
-            rows, columns = block_counts(tile)
-            for block_row in range(rows):
-                for block_column in range(columns):
-                    unknown = np.isnan(tile.read_block(block_row, block_column))
-                    count += int(unknown.sum())
-                    if first is None and unknown.any():
-                        row, column = np.argwhere(unknown)[0] + BLOCK_CELLS * np.array([block_row, block_column])
-                        first = self._place_deg(tile, int(row), int(column))
-        return Holes(count, self.cells, first)
+            for block in product(*map(range, block_counts(tile))):
+                heights = tile.read_block(*block)
+                unknown = np.isnan(heights)
+                count += int(unknown.sum())
+                if first is None and unknown.any():
+                    first = self._place_deg(tile, BLOCK_CELLS * block[0], BLOCK_CELLS * block[1], unknown)
+                if not (heights == 0.0).any():
+                    continue
+                # With the cells about it: patches of missing data may end where blocks do.
+                row, column = (max(0, BLOCK_CELLS * at - 1) for at in block)
+                rows, columns = min(tile.rows - row, BLOCK_CELLS + 2), min(tile.columns - column, BLOCK_CELLS + 2)
+                steps = zeros_at_a_step(tile.read(row, column, rows, columns))
+                if steps.any():
+                    zeros += int((heights == 0.0).sum())
+                    first_zero = first_zero or self._place_deg(tile, row, column, steps)
+        return Holes(count, self.cells, first, SuspectedHoles(zeros, first_zero) if first_zero else None)
 
     def close(self) -> None:
         """Close the files."""
         for tile in self._tiles:
             tile.close()
 
-    def _place_deg(self, tile: ElevationTile, row: int, column: int) -> tuple[float, float]:
+    def _box(self, tile: ElevationTile) -> tuple[int, int, int, int]:
+        row, column = self._offset(tile)
+        return row, column, row + tile.rows, column + tile.columns
+
+    def _place_deg(self, tile: ElevationTile, row: int, column: int, wanted: NDArray[np.bool_]) -> tuple[float, float]:
+        """Return latitude and longitude of the first wanted cell of a window that begins at a cell of a tile."""
+        down, along = np.argwhere(wanted)[0]
+        row, column = row + int(down), column + int(along)
         west, south, east, north = tile.bounds
         step_x, step_y = tile.cell_xy
         x = (west if step_x > 0 else east) + (column + 0.5) * step_x
         y = (south if step_y > 0 else north) + (row + 0.5) * step_y
         longitude, latitude = self._to_crs.transform(x, y, direction="INVERSE")
-        return float(latitude), float(longitude)
+        return float(latitude), (float(longitude) + 180.0) % 360.0 - 180.0
 
     def _interpolated(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return heights above the files' datum at coordinates, shape (n,).
@@ -283,14 +318,16 @@ class ElevationModel:
             row_offset, column_offset = self._offset(tile)
             rows, columns = (row - row_offset).astype(np.int64), (column - column_offset).astype(np.int64)
             within = (rows >= 0) & (rows < tile.rows) & (columns >= 0) & (columns < tile.columns)
-            # Where files overlap, one with a hole does not hide another's height.
-            wanted = np.flatnonzero(within & np.isnan(heights))
+            wanted = np.flatnonzero(within)
             is_inside |= within
             blocks = np.stack((rows[wanted] // BLOCK_CELLS, columns[wanted] // BLOCK_CELLS), axis=1)
             for block_row, block_column in np.unique(blocks, axis=0) if len(wanted) else ():
                 block = self._cache.block(index, tile, int(block_row), int(block_column))
                 chosen = wanted[(blocks == (block_row, block_column)).all(axis=1)]
-                heights[chosen] = block[rows[chosen] % BLOCK_CELLS, columns[chosen] % BLOCK_CELLS]
+                values = block[rows[chosen] % BLOCK_CELLS, columns[chosen] % BLOCK_CELLS]
+                refuse_disagreement(values, heights[chosen], tile.path, self.paths)
+                # Where files overlap, one with a hole does not hide another's height.
+                heights[chosen] = np.where(np.isnan(heights[chosen]), values, heights[chosen])
         return heights, is_inside
 
     def _offset(self, tile: ElevationTile) -> tuple[int, int]:

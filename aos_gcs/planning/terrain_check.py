@@ -24,6 +24,7 @@ from aos_gcs.planning.plan import MissionPlan, PlanProblem
 from aos_gcs.planning.proposal import propose_fence, proposed_floor_m
 from aos_gcs.planning.settings import MissionSettings, TerrainSettings
 from aos_gcs.planning.sites import Homes, planned_boundaries
+from aos_gcs.planning.suspected_holes import suspected_holes
 from aos_gcs.planning.terrain import (
     EnuBounds,
     floor_above_ground_m,
@@ -119,6 +120,8 @@ def _problems(
     if barred:
         return
     relief = planned_relief(plan, terrain, origin, homes_enu_m, legs, is_reported=is_reported)
+    if (warning := suspected_holes(relief.ground, frame, max(open_model(terrain).cell_m))) is not None:
+        yield PlanProblem("area_enu_m", warning, blocking=False)
     conflicts = list(_conflicts(relief.ground, frame, _planned_outlines(plan, legs), relief.band))
     yield from (PlanProblem(conflict.field, conflict.text) for conflict in conflicts)
     if not conflicts:

@@ -35,7 +35,7 @@ def test_a_terrain_is_described_with_the_heights_of_a_plan(tmp_path: Path, capsy
     report = json.loads(capsys.readouterr().out)
     assert report["datum"] == "EGM96 height"
     assert report["cells"] == 12_000
-    assert report["holes"] == {"count": 0, "cells": 12_000, "first_deg": None}
+    assert report["holes"] == {"count": 0, "cells": 12_000, "first_deg": None, "suspected": None}
     heights = {place["name"]: place["height_m"] for place in report["places"]}
     assert list(heights) == ["launch site", "corner 1", "corner 2", "corner 3", "corner 4", "47.5003,14.2504"]
     assert heights["launch site"] == pytest.approx(float(ground_m(*PLACE_DEG)), abs=0.1)
@@ -131,3 +131,17 @@ def test_a_plan_without_places_is_refused(tmp_path: Path, capsys: pytest.Capture
     plan.write_text('[link]\nurls = ["udpin://127.0.0.1:14550"]\n[mission]\nvehicles = 3\n')
     assert check(write_model(tmp_path / "dtm.tif", "EPSG:32633+5773"), "--kind", "terrain", "--plan", plan) == 2
     assert "mission.origin_deg and the search area are needed" in capsys.readouterr().err
+
+
+def test_a_patch_of_zeros_and_tiles_that_contradict_are_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    heights = np.full((120, 100), 700.0, dtype=np.float32)
+    heights[40:60, 50:80] = 0.0
+    model = write_model(tmp_path / "dtm.tif", "EPSG:32633+5773", heights=heights)
+    assert check(model, "--kind", "terrain") == 0
+    told = capsys.readouterr().err
+    assert "may have holes that are written as 0: 600 cells are exactly 0 m" in told
+    other = write_model(tmp_path / "other.tif", "EPSG:32633+5773", heights=heights / np.float32(0.3048))
+    assert check(model, other, "--kind", "terrain") == 2
+    assert "overlap and contradict each other by up to 1596.6 m" in capsys.readouterr().err

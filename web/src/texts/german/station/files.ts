@@ -17,6 +17,16 @@ export const files: readonly StationText[] = [
   ],
   ["An elevation model needs at least one file.", "Ein Höhenmodell braucht mindestens eine Datei."],
   [
+    "The elevation models {file} and {other} overlap and contradict each other by up to {amount} m; {limit} m are allowed. Leave out the wrong one, or correct its datum or unit.",
+    "Die Höhenmodelle {file} und {other} überlappen sich und widersprechen einander um bis zu {amount} m; {limit} m sind zulässig. Das falsche weglassen, oder sein Höhendatum oder seine Einheit berichtigen.",
+  ],
+  [
+    "The elevation model may have holes that are written as 0: {which} exactly 0 m, beside ground that is more than {step} m away from it, {where}. If data is missing there, declare it (gdal_edit -a_nodata 0); if a cliff falls to the sea there, the heights are right.",
+    "Das Höhenmodell hat möglicherweise Löcher, die als 0 geschrieben sind: {which} genau 0 m hoch, neben Gelände, das mehr als {step} m davon entfernt ist, {where}. Fehlen dort Daten, sie als Löcher kennzeichnen (gdal_edit -a_nodata 0); fällt dort eine Klippe zum Meer ab, stimmen die Höhen.",
+  ],
+  ["{share} of the ground about this plan is", "{share} des Geländes um diesen Plan sind"],
+  ["at {latitude}, {longitude} among others", "unter anderem bei {latitude}, {longitude}"],
+  [
     "The cells of {file} and {other} do not lie on one grid: merge them to one file (gdalwarp).",
     "Die Zellen von {file} und {other} liegen nicht auf einem Gitter: zu einer Datei verbinden (gdalwarp).",
   ],
