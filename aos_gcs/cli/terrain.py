@@ -73,14 +73,16 @@ def check(
     Exit code 1 if a place, or part of the search area, has no height, there are no heights at all, or the altitude of a
     mission's origin is not that of the ground.
     """
-    from aos_gcs.elevation.geoid import find_geoid  # noqa: PLC0415 - keeps the other commands' help fast
+    from aos_gcs.elevation.geoid import find_egm2008, find_geoid  # noqa: PLC0415 - keeps the other commands' help fast
     from aos_gcs.elevation.model import SURFACE_WARNING, ElevationModel, ModelKind  # noqa: PLC0415
     from aos_gcs.planning.settings import TerrainSettings  # noqa: PLC0415
     from aos_gcs.planning.suspected_holes import holes_warning  # noqa: PLC0415
 
     if kind not in list(ModelKind):
         raise ConfigurationError(f"--kind must be terrain or surface, got {kind!r}.")
-    model = ElevationModel(files, ModelKind(kind), datum=datum, crs=crs, geoid=find_geoid(geoid))
+    model = ElevationModel(
+        files, ModelKind(kind), datum=datum, crs=crs, geoid=find_geoid(geoid), egm2008=find_egm2008()
+    )
     settings = None if plan is None else _settings(plan)
     area, places = ((), ()) if settings is None else _planned(settings, f"{plan}")
     report = report_of(model, [*places, *(_place(text) for text in at or ())], area)

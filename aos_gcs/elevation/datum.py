@@ -34,6 +34,10 @@ SIGMA_TO_EGM96_M = {
 """Standard deviations of heights above EGM96 that are made of heights above another datum. Guesses, from the
 differences of the geoids; for the ellipsoid, the error of the geoid that is taken off."""
 
+SIGMA_THROUGH_GRIDS_M = 0.1
+"""The same for heights above EGM2008 that are changed by the grids of both geoids: a guess from how far interpolations
+of the coarser one differ."""
+
 
 @dataclass(frozen=True, slots=True)
 class StatedDatum:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +15,14 @@ from aos_gcs.extras import load_extra
 GRID_NAMES = ("egm96_15.gtx", "us_nga_egm96_15.tif")
 """Names of the grid of EGM96 in Debian's proj-data and in PROJ's own collection."""
 
+EGM2008_GRID_NAMES = ("us_nga_egm08_25.tif", "egm08_25.gtx")
+"""Names of the grid of EGM2008, which Debian does not have."""
+
 _SYSTEM_FOLDERS = (Path("/usr/share/proj"), Path("/usr/local/share/proj"), Path("/opt/homebrew/share/proj"))
 
 
 class Geoid:
-    """The geoid EGM96."""
+    """A geoid, by its heights above the ellipsoid."""
 
     def __init__(self, grid: Path) -> None:
         """Open a grid file of PROJ (``.gtx``, ``.tif``).
@@ -49,7 +53,7 @@ class Geoid:
 
 
 def find_geoid(grid: Path | None = None) -> Geoid | None:
-    """Return the geoid of a file, or of the first known one that PROJ's folders hold; None if there is none.
+    """Return the geoid EGM96 of a file, or of the first known one that PROJ's folders hold; None if there is none.
 
     Raises:
         ConfigurationError: if the file does not exist, or pyproj is not installed.
@@ -59,10 +63,24 @@ def find_geoid(grid: Path | None = None) -> Geoid | None:
         if not grid.is_file():
             raise ConfigurationError(f"The geoid {grid} does not exist; check the path.")
         return Geoid(grid)
+    return _first_of(GRID_NAMES)
+
+
+def find_egm2008() -> Geoid | None:
+    """Return the geoid EGM2008 by the grid that PROJ's folders hold; None if there is none.
+
+    Raises:
+        ConfigurationError: if pyproj is not installed.
+        InputDataError: if it cannot be read.
+    """
+    return _first_of(EGM2008_GRID_NAMES)
+
+
+def _first_of(names: Sequence[str]) -> Geoid | None:
     datadir: Any = load_extra("pyproj.datadir", "geo", "The height of the geoid")
     folders = [*(Path(part) for part in datadir.get_data_dir().split(":")), Path(datadir.get_user_data_dir())]
     for folder in [*folders, *_SYSTEM_FOLDERS]:
-        for name in GRID_NAMES:
+        for name in names:
             if (folder / name).is_file():
                 return Geoid(folder / name)
     return None

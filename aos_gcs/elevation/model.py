@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from aos_gcs.elevation.datum import SIGMA_TO_EGM96_M, StatedDatum, VerticalDatum
+from aos_gcs.elevation.datum import SIGMA_THROUGH_GRIDS_M, SIGMA_TO_EGM96_M, StatedDatum, VerticalDatum
 from aos_gcs.elevation.geoid import Geoid
 from aos_gcs.elevation.suspects import SuspectedHoles, overlaps, refuse_disagreement, zeros_at_a_step
 from aos_gcs.elevation.tile import BLOCK_CELLS, BlockCache, ElevationTile, block_counts
@@ -72,6 +72,7 @@ class ElevationModel:
         datum: VerticalDatum | None = None,
         crs: str | None = None,
         geoid: Geoid | None = None,
+        egm2008: Geoid | None = None,
     ) -> None:
         """Open the files of a model.
 
@@ -81,6 +82,8 @@ class ElevationModel:
             datum: vertical datum of files that state none.
             crs: coordinate system of files that state none.
             geoid: needed for heights above the ellipsoid.
+            egm2008: geoid EGM2008; with it and ``geoid`` heights above it become those above EGM96, else they are
+                taken as they are.
 
         Raises:
             InputDataError: if a file cannot be used, states no datum, or does not go with the others.
@@ -92,6 +95,7 @@ class ElevationModel:
         self._tiles = tuple(ElevationTile(path, crs) for path in paths)
         self.geoid = geoid
         """The geoid, where its grid is at hand."""
+        self._egm2008 = egm2008
         self._cache = BlockCache(MAX_CACHED_BYTES)
         first = self._tiles[0]
         for tile in self._tiles[1:]:
@@ -123,6 +127,8 @@ class ElevationModel:
     @property
     def sigma_m(self) -> float:
         """Standard deviation that the change of datums adds to the heights."""
+        if self.datum.datum is VerticalDatum.EGM2008 and self._is_shifted:
+            return SIGMA_THROUGH_GRIDS_M
         return SIGMA_TO_EGM96_M[self.datum.datum]
 
     @property
@@ -229,11 +235,16 @@ class ElevationModel:
         """Return what is to be taken off the files' heights for heights above mean sea level."""
         if self.geoid is None or not self._is_shifted:
             return np.zeros(np.shape(latitude_deg))
-        return self.geoid.undulation_m(latitude_deg, longitude_deg)
+        egm96_m = self.geoid.undulation_m(latitude_deg, longitude_deg)
+        if self.datum.datum is VerticalDatum.ELLIPSOID or self._egm2008 is None:
+            return egm96_m
+        return egm96_m - self._egm2008.undulation_m(latitude_deg, longitude_deg)
 
     @property
     def _is_shifted(self) -> bool:
         """Whether the files' heights are changed to those above EGM96."""
+        if self.datum.datum is VerticalDatum.EGM2008:
+            return self.geoid is not None and self._egm2008 is not None
         return self.datum.datum is VerticalDatum.ELLIPSOID and self.geoid is not None
 
     def holes(self, max_cells: int) -> Holes | None:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.airspace.limits import GroundLimits, SafetyLimits
 from aos_gcs.airspace.terrain import GroundRaster, Polynomials
-from aos_gcs.elevation.geoid import find_geoid
+from aos_gcs.elevation.geoid import find_egm2008, find_geoid
 from aos_gcs.elevation.model import ElevationModel
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.planning.settings import ForestSettings, TerrainSettings
@@ -80,7 +80,9 @@ def file_versions(settings: TerrainSettings) -> FileVersions:
 def _open_model(settings: TerrainSettings, _versions: FileVersions) -> ElevationModel:
     geoid = find_geoid(None if settings.geoid is None else Path(settings.geoid))
     paths = tuple(map(Path, settings.files))
-    return ElevationModel(paths, settings.kind, datum=settings.datum, crs=settings.crs, geoid=geoid)
+    return ElevationModel(
+        paths, settings.kind, datum=settings.datum, crs=settings.crs, geoid=geoid, egm2008=find_egm2008()
+    )
 
 
 def ground_heights_m(settings: TerrainSettings, origin: GeodeticPosition, places_enu_m: FloatArray) -> FloatArray:

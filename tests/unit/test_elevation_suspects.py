@@ -12,6 +12,8 @@ from hypothesis import strategies as st
 
 pytest.importorskip("rasterio", reason="needs the extra geo")
 
+from aos_gcs.elevation.datum import VerticalDatum
+from aos_gcs.elevation.geoid import Geoid
 from aos_gcs.elevation.model import ElevationModel, ModelKind
 from aos_gcs.elevation.suspects import overlaps, zeros_at_a_step
 from aos_gcs.errors import InputDataError
@@ -22,7 +24,7 @@ from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.planning.settings import MissionSettings, TerrainSettings
 from aos_gcs.planning.suspected_holes import holes_warning
 from aos_gcs.planning.terrain import EnuBounds, ground_heights_m, ground_within
-from tests.fakes.elevation_files import PLACE_DEG, write_model
+from tests.fakes.elevation_files import PLACE_DEG, write_geoid, write_model
 from tests.fakes.relief import ORIGIN, terrain, write_relief
 
 UTM = "EPSG:32633+5773"
@@ -158,3 +160,22 @@ def _model_at(path: Path, latitude_deg: float, longitude_deg: float) -> Path:
     with rasterio.open(path, "w", crs="EPSG:4326+5773", transform=transform, **profile) as dataset:
         dataset.write(heights, 1)
     return path
+
+
+def test_heights_above_egm2008_go_through_both_grids(tmp_path: Path) -> None:
+    file = level(tmp_path / "dtm.tif", 700.0)
+    write_model(file, "EPSG:32633+3855", heights=np.full((120, 100), 700.0, dtype=np.float32))
+    egm96, egm2008 = (
+        Geoid(write_geoid(tmp_path / f"{name}.gtx", height_m, slope_m_per_deg=slope))
+        for name, height_m, slope in (("egm96", 45.0, 0.0), ("egm2008", 45.4, 2.0))
+    )
+    latitude = PLACE_DEG[0] + np.array([0.0, 0.001])
+    exact = opened(file, geoid=egm96, egm2008=egm2008)
+    assert exact.datum.datum is VerticalDatum.EGM2008
+    assert exact.heights_amsl_m(latitude, PLACE_DEG[1]) == pytest.approx([700.4, 700.402], abs=1e-3)
+    assert exact.undulation_m(latitude, np.full(2, PLACE_DEG[1])) == pytest.approx([-0.4, -0.402], abs=1e-3)
+    assert exact.sigma_m == pytest.approx(0.1)
+    for absent in ({"geoid": egm96}, {"egm2008": egm2008}):
+        model = opened(file, **absent)
+        assert model.heights_amsl_m(latitude, PLACE_DEG[1]) == pytest.approx(700.0)
+        assert model.sigma_m == pytest.approx(0.5)

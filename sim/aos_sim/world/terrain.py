@@ -181,7 +181,7 @@ def _read(
     """
     # Only files need their libraries.
     from aos_gcs.elevation.datum import VerticalDatum  # noqa: PLC0415
-    from aos_gcs.elevation.geoid import find_geoid  # noqa: PLC0415
+    from aos_gcs.elevation.geoid import find_egm2008, find_geoid  # noqa: PLC0415
     from aos_gcs.elevation.model import ElevationModel, ModelKind  # noqa: PLC0415
     from aos_gcs.elevation.tile import ElevationTile  # noqa: PLC0415
 
@@ -190,7 +190,7 @@ def _read(
     tile.close()
     # The heights of a file that states no datum are taken as they are.
     datum = VerticalDatum.EGM96 if stated is None else None
-    model = ElevationModel([path], ModelKind.TERRAIN, datum=datum, geoid=find_geoid())
+    model = ElevationModel([path], ModelKind.TERRAIN, datum=datum, geoid=find_geoid(), egm2008=find_egm2008())
     try:
         heights_m = model.heights_amsl_m(latitude, longitude)
         at_origin_m = float(model.heights_amsl_m(origin.latitude_deg, origin.longitude_deg))
