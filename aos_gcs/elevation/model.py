@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from enum import StrEnum
 from itertools import product
 from pathlib import Path
@@ -15,7 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from aos_gcs.elevation.datum import SIGMA_THROUGH_GRIDS_M, SIGMA_TO_EGM96_M, StatedDatum, VerticalDatum
 from aos_gcs.elevation.geoid import Geoid
-from aos_gcs.elevation.suspects import SuspectedHoles, overlaps, refuse_disagreement, zeros_at_a_step
+from aos_gcs.elevation.longitudes import unwrapped_deg
+from aos_gcs.elevation.suspects import Holes, SuspectedHoles, overlaps, refuse_disagreement, zeros_at_a_step
 from aos_gcs.elevation.tile import BLOCK_CELLS, BlockCache, ElevationTile, block_counts
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.extras import load_extra
@@ -43,19 +43,6 @@ SURFACE_WARNING = (
     "under dense canopy). It shows where not to fly into, not where the ground is."
 )
 """Warning to those who use a surface model."""
-
-
-@dataclass(frozen=True, slots=True)
-class Holes:
-    """Cells without a height."""
-
-    count: int
-    cells: int
-    """Number of all cells that were looked at."""
-    first_deg: tuple[float, float] | None
-    """Latitude and longitude of one of them."""
-    suspected: SuspectedHoles | None = None
-    """Cells with a height of 0 m that may have none."""
 
 
 class ElevationModel:
@@ -159,15 +146,17 @@ class ElevationModel:
             )
 
     def bounds_deg(self) -> tuple[float, float, float, float]:
-        """Return the least latitude and longitude, and the greatest, of all files."""
-        boxes = []
+        """Return the least latitude and longitude, and the greatest, of all files; across 180 degrees beyond it."""
+        boxes: list[tuple[float, ...]] = []
         for tile in self._tiles:
             west, south, east, north = tile.bounds
             along = np.linspace(0.0, 1.0, 9)
             x = np.concatenate([west + along * (east - west)] * 2 + [np.full(9, west), np.full(9, east)])
             y = np.concatenate([np.full(9, south), np.full(9, north)] + [south + along * (north - south)] * 2)
             longitude, latitude = self._to_crs.transform(x, y, direction="INVERSE")
-            boxes.append((np.min(latitude), np.min(longitude), np.max(latitude), np.max(longitude)))
+            if not tile.crs.is_geographic:
+                longitude = unwrapped_deg(longitude, float(boxes[0][1]) if boxes else float(longitude[4]))
+            boxes.append(tuple(map(float, (latitude.min(), longitude.min(), latitude.max(), longitude.max()))))
         corners = np.array(boxes)
         south, west = corners[:, :2].min(axis=0)
         north, east = corners[:, 2:].max(axis=0)

@@ -1,4 +1,4 @@
-"""Heights of files that look like ground and may be none: zeros beside a step, and files that contradict another."""
+"""Holes of elevation models, and heights that may be wrong: zeros beside a step, files that contradict another."""
 
 from __future__ import annotations
 
@@ -29,6 +29,19 @@ class SuspectedHoles:
     """Cells of exactly 0 m in the blocks that have such a step."""
     first_deg: tuple[float, float]
     """Latitude and longitude of one of them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Holes:
+    """Cells without a height."""
+
+    count: int
+    cells: int
+    """Number of all cells that were looked at."""
+    first_deg: tuple[float, float] | None
+    """Latitude and longitude of one of them."""
+    suspected: SuspectedHoles | None = None
+    """Cells with a height of 0 m that may have none."""
 
 
 def zeros_at_a_step(heights: NDArray[Any], zero: float = 0.0, reach: int = 1) -> NDArray[np.bool_]:

@@ -145,3 +145,26 @@ def test_a_patch_of_zeros_and_tiles_that_contradict_are_told(
     other = write_model(tmp_path / "other.tif", "EPSG:32633+5773", heights=heights / np.float32(0.3048))
     assert check(model, other, "--kind", "terrain") == 2
     assert "overlap and contradict each other by up to 1596.6 m" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("crs", ["EPSG:32760+5773", "EPSG:32701+5773"])
+def test_a_plan_across_the_180th_meridian_is_looked_at_where_it_is(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], crs: str
+) -> None:
+    import pyproj  # noqa: PLC0415 - tests without the extra are skipped
+    import rasterio  # noqa: PLC0415 - tests without the extra are skipped
+    from rasterio.transform import Affine  # noqa: PLC0415
+
+    model, plan = tmp_path / "fiji.tif", tmp_path / "plan.toml"
+    to_crs = pyproj.Transformer.from_crs("EPSG:4326", crs.partition("+")[0], always_xy=True)
+    x, y = to_crs.transform(180.0, -16.8)
+    profile = {"driver": "GTiff", "height": 120, "width": 120, "count": 1, "dtype": "float32", "nodata": -9999.0}
+    with rasterio.open(model, "w", crs=crs, transform=Affine(5, 0, x - 300, 0, -5, y + 300), **profile) as dataset:
+        dataset.write(np.full((120, 120), 800.0, dtype=np.float32), 1)
+    plan.write_text(PLAN.replace("47.5, 14.25", "-16.8, 180.0"))
+    assert check(model, "--kind", "terrain", "--plan", plan, "--json") == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report["area"]["unknown"] == 0
+    south, west, north, east = report["bounds_deg"]
+    assert east - west < 0.01
+    assert north - south < 0.01
