@@ -73,9 +73,11 @@ test("settings of the fleet survive what this page does not know", () => {
     order: "worst",
     columns: ["task", "link"],
   });
-  expect(layoutOf(readSettings(null), 20)).toBe("table");
-  expect(layoutOf(readSettings(null), 21)).toBe("tiles");
-  expect(layoutOf(readSettings('{"layout":"table"}'), 100)).toBe("table");
+  expect(layoutOf(readSettings(null), 20, 1280)).toBe("table");
+  expect(layoutOf(readSettings(null), 21, 1280)).toBe("tiles");
+  expect(layoutOf(readSettings(null), 3, 390)).toBe("tiles");
+  expect(layoutOf(readSettings('{"layout":"table"}'), 3, 390)).toBe("table");
+  expect(layoutOf(readSettings('{"layout":"table"}'), 100, 1280)).toBe("table");
 });
 
 test("one cause is one alert, with the range of its numbers", () => {

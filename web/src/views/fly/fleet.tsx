@@ -23,6 +23,8 @@ export function FleetPanel() {
   const { state, snapshotAge_s, selection, changeSelection } = useShell();
   const [filter, setFilter] = useState<Filter>("all");
   const [settings, setSettings] = useState(storedSettings);
+  // As wide as it was at first: a phone that is turned keeps its tiles.
+  const [screen_px] = useState(() => innerWidth);
   const [isWindowOpen, setWindowOpen] = useState(false);
   // What an operator is about to press does not move.
   const [isPointed, setPointed] = useState(false);
@@ -34,7 +36,7 @@ export function FleetPanel() {
   const shown = useRef<readonly number[]>(wanted);
   shown.current = isPointed ? steadyOrder(shown.current, wanted) : wanted;
   const order = shown.current.join();
-  const layout = layoutOf(settings, vehicles.length);
+  const layout = layoutOf(settings, vehicles.length, screen_px);
   const pick = (id: number, isRange: boolean): void =>
     changeSelection((before) => (isRange ? extend(before, id, shown.current) : toggle(before, id)));
   const list = useMemo(() => {

@@ -10,7 +10,7 @@ export const COLUMNS = ["mode", "task", "armed", "battery", "gps", "link", "heig
 export type Column = (typeof COLUMNS)[number];
 
 export interface FleetSettings {
-  /** Null: as the size of the fleet suggests. */
+  /** Null: as the sizes of the fleet and the screen suggest. */
   readonly layout: Layout | null;
   readonly order: Order;
   readonly columns: readonly Column[];
@@ -20,9 +20,11 @@ const KEY = "aos-gcs-fleet";
 const DEFAULTS: FleetSettings = { layout: null, order: "worst", columns: COLUMNS };
 /** Rows of a larger fleet do not fit on any screen, its tiles do. */
 const MOST_ROWS = 20;
+/** Widest screen of a phone, as the styles have it: a table would have its messages beyond the edge there. */
+const PHONE_PX = 600;
 
-export const layoutOf = ({ layout }: FleetSettings, vehicles: number): Layout =>
-  layout ?? (vehicles > MOST_ROWS ? "tiles" : "table");
+export const layoutOf = ({ layout }: FleetSettings, vehicles: number, screen_px: number): Layout =>
+  layout ?? (vehicles > MOST_ROWS || screen_px <= PHONE_PX ? "tiles" : "table");
 
 /** Settings of a stored text; what this page does not know is left out. */
 export function readSettings(stored: string | null): FleetSettings {
