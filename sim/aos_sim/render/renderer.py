@@ -87,8 +87,10 @@ class _Bodies:
 
     def pixels(self, pose: Pose, camera: CameraModel) -> NDArray[np.intp]:
         """Return the pixels that can show a body."""
-        boxes = [pixels_around(corners, pose, camera) for corners in self.corners_enu_m]
-        return np.unique(np.concatenate([np.empty(0, np.intp), *boxes]))
+        can_show = np.zeros(camera.width_px * camera.height_px, dtype=np.bool_)
+        for corners_enu_m in self.corners_enu_m:
+            can_show[pixels_around(corners_enu_m, pose, camera)] = True
+        return np.flatnonzero(can_show)
 
 
 class Renderer:
