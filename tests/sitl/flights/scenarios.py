@@ -95,9 +95,13 @@ def over_relief(autopilots: Autopilots, station: Station) -> str:
     """Hills below layers that follow the ground."""
     station.setting = RELIEF
     _start(autopilots)
-    with station:
-        _wait_for_the_sweep(station)
-        text = _to_the_end(station)
+    try:
+        with station:
+            _wait_for_the_sweep(station)
+            text = _to_the_end(station)
+    except FlightError as error:
+        lowest_m = station.truth("min_height_above_ground_m")
+        raise FlightError(f"{error}; least height above ground: {lowest_m} m") from error
     height_m = station.truth("min_height_above_ground_m")
     if height_m is None or height_m < FLOOR_M - 1.0:
         raise FlightError(f"{height_m} m above ground, floor {FLOOR_M} m; {text}")
