@@ -218,7 +218,7 @@ export const search: readonly StationText[] = [
   ["{count} frames of this stretch were left out", "{count} Bilder dieser Strecke wurden ausgelassen"],
   ["step {step} goes on without its frame: {reason}", "Schritt {step} geht ohne ihr Bild weiter: {reason}"],
   ["the line flies on without its frames: {reason}", "die Linie fliegt ohne ihre Bilder weiter: {reason}"],
-  ["its frames come again; {count} were missing", "ihre Bilder kommen wieder; {count} haben gefehlt"],
+  ["its frames come again; missing: {count}", "ihre Bilder kommen wieder; gefehlt haben {count}"],
   ["no image for {silence} s", "kein Bild seit {silence} s"],
   ["no image yet", "noch kein Bild"],
   [
