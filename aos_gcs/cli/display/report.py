@@ -147,13 +147,13 @@ def _frames_row(count: FrameCount) -> Row:
     return (str(count.vehicle_id), str(count.frames), sigma)
 
 
-SETTINGS_COLUMNS = ("utc", "vehicle", "purpose", "before the mission", "now")
+SETTINGS_COLUMNS = ("utc", "vehicle", "purpose", "before the mission", "what was done")
 
 
 def _settings_row(record: SettingsRecord) -> Row:
     before = ", ".join(f"{name} = {value:g}" for name, value in record.former.items())
-    now = "restored" if record.is_restored else "changed"
-    return (_utc(record.utc_s), str(record.vehicle_id), record.purpose, before, now)
+    done = "restored" if record.is_restored else "changed"
+    return (_utc(record.utc_s), str(record.vehicle_id), record.purpose, before, done)
 
 
 def _ids(vehicle_ids: tuple[int, ...] | None) -> str:
