@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from aos_gcs.cli.planned import planned_places, read_settings
 from aos_gcs.elevation.datum import VerticalDatum
 from aos_gcs.elevation.report import ElevationReport, Place, report_of
 from aos_gcs.errors import ConfigurationError
@@ -83,7 +84,7 @@ def check(
     model = ElevationModel(
         files, ModelKind(kind), datum=datum, crs=crs, geoid=find_geoid(geoid), egm2008=find_egm2008()
     )
-    settings = None if plan is None else _settings(plan)
+    settings = None if plan is None else read_settings(plan)
     area, places = ((), ()) if settings is None else _planned(settings, f"{plan}")
     report = report_of(model, [*places, *(_place(text) for text in at or ())], area)
     model.close()
@@ -118,22 +119,10 @@ def _place(text: str) -> Place:
     return Place(text, numbers[0], numbers[1])
 
 
-def _settings(path: Path) -> MissionSettings:
-    from aos_gcs.config.file import read_config  # noqa: PLC0415 - keeps the other commands' help fast
-    from aos_gcs.config.settings import mission_settings  # noqa: PLC0415
-
-    return mission_settings(read_config(path))
-
-
 def _planned(settings: MissionSettings, name: str) -> tuple[tuple[tuple[float, float], ...], tuple[Place, ...]]:
     """Return the search area of a mission, latitudes and longitudes of its corners, and its launch site and corners."""
-    from aos_gcs.geometry.geodesy import LocalFrame  # noqa: PLC0415 - keeps the other commands' help fast
-
-    if settings.origin is None or not settings.area_enu_m:
-        raise ConfigurationError(f"{name}: mission.origin_deg and the search area are needed to know its places.")
-    frame = LocalFrame(settings.origin)
-    corners = [frame.to_geodetic((*corner, 0.0)) for corner in settings.area_enu_m]
-    named = [("launch site", settings.origin)]
+    site, corners = planned_places(settings, name)
+    named = [("launch site", site)]
     named += [(f"corner {number}", corner) for number, corner in enumerate(corners, start=1)]
     places = tuple(Place(name, place.latitude_deg, place.longitude_deg) for name, place in named)
     return tuple((corner.latitude_deg, corner.longitude_deg) for corner in corners), places
