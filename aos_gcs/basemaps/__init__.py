@@ -1,1 +1,1 @@
-"""Base maps of the dashboard, made of files that teams have."""
+"""Base maps of the dashboard, made of files that teams have and of the tiles of servers."""

@@ -47,8 +47,7 @@ def make_basemap(out: Path, files: Sequence[Path], progress: Progress, max_zoom:
         ConfigurationError: the files do not go together, a library is missing, or the archive cannot be written.
         InputDataError: a file cannot be used.
     """
-    if out.suffix.lower() != ENDING:
-        raise ConfigurationError(f"{out}: a base map is a PMTiles file: let its name end with {ENDING}.")
+    require_ending(out)
     for file in files:
         require_file(file, str(file))
     if any(file.suffix.lower() == MBTILES_ENDING for file in files):
@@ -67,8 +66,18 @@ def make_basemap(out: Path, files: Sequence[Path], progress: Progress, max_zoom:
         archive = stack.enter_context(tile_archive(out))
         with progress(pyramid.count) as advance:
             pyramid.write(archive, advance)
-        archive.finish(KIND, pyramid.box, _described(out, attributions))
+        archive.finish(KIND, pyramid.box, described(out, attributions))
     return BasemapReport(archive.tiles, pyramid.min_zoom, pyramid.max_zoom, out.stat().st_size)
+
+
+def require_ending(out: Path) -> None:
+    """Refuse a name that is not that of a PMTiles file.
+
+    Raises:
+        ConfigurationError: the name ends otherwise.
+    """
+    if out.suffix.lower() != ENDING:
+        raise ConfigurationError(f"{out}: a base map is a PMTiles file: let its name end with {ENDING}.")
 
 
 def _copy(out: Path, files: Sequence[Path], progress: Progress, max_zoom: int | None) -> BasemapReport:
@@ -82,7 +91,8 @@ def _copy(out: Path, files: Sequence[Path], progress: Progress, max_zoom: int | 
     return BasemapReport(archive.tiles, None, None, out.stat().st_size)
 
 
-def _described(out: Path, attributions: Sequence[str]) -> dict[str, object]:
-    described: dict[str, object] = {"name": out.stem, "type": "baselayer"}
+def described(out: Path, attributions: Sequence[str]) -> dict[str, object]:
+    """Return what an archive says of itself: the name of its file, and all attributions, each once."""
+    metadata: dict[str, object] = {"name": out.stem, "type": "baselayer"}
     said = "; ".join(dict.fromkeys(one for one in attributions if one))
-    return described | ({"attribution": said} if said else {})
+    return metadata | ({"attribution": said} if said else {})

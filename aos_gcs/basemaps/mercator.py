@@ -19,7 +19,7 @@ MAX_ZOOM: Final = 22
 """Finest zoom that the dashboard shows: 3 cm at middle latitudes."""
 HALF_WORLD_M: Final = math.pi * 6378137.0
 """Half the width of the world in metres of EPSG:3857."""
-_MAX_LATITUDE_DEG = math.degrees(math.atan(math.sinh(math.pi)))
+MAX_LATITUDE_DEG = math.degrees(math.atan(math.sinh(math.pi)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +64,7 @@ class WorldBox:
 
 def from_degrees(longitude_deg: FloatArray, latitude_deg: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return places on the map of the world, x and y; latitudes beyond its edges count as on them."""
-    latitude_rad = np.radians(np.clip(latitude_deg, -_MAX_LATITUDE_DEG, _MAX_LATITUDE_DEG))
+    latitude_rad = np.radians(np.clip(latitude_deg, -MAX_LATITUDE_DEG, MAX_LATITUDE_DEG))
     return longitude_deg / 360.0 + 0.5, 0.5 - np.arcsinh(np.tan(latitude_rad)) / (2.0 * math.pi)
 
 
