@@ -9,21 +9,20 @@ from dataclasses import dataclass
 from aos_gcs.api.convert import relief as convert
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.mission.model.snapshot import MissionSnapshot
-from aos_gcs.planning.relief import contours, read_relief, relief_bounds, shading_png
+from aos_gcs.planning.relief import HeightUnit, Relief, contours, read_relief, relief_bounds, shading_png
 from aos_gcs.planning.settings import TerrainSettings
 from aos_gcs.planning.terrain import EnuBounds, file_versions
 
 
 @dataclass(frozen=True, slots=True)
 class ReliefMap:
-    """Shading and contour lines of one place."""
+    """Heights and shading of one place."""
 
     version: str
     """Changes whenever they do."""
     origin: GeodeticPosition
-    bounds: EnuBounds
+    relief: Relief
     shading_png: bytes
-    contours_json: bytes
 
 
 class ReliefMaps:
@@ -32,6 +31,8 @@ class ReliefMaps:
     def __init__(self) -> None:
         self._turn = asyncio.Lock()
         self._made: ReliefMap | None = None
+        self._contours_json: dict[HeightUnit, bytes] = {}
+        """Contour lines of the relief that was made last, by the unit of their heights."""
 
     async def about(self, snapshot: MissionSnapshot, terrain: TerrainSettings | None) -> ReliefMap | None:
         """Return the relief map of a mission; None without an elevation model or an origin.
@@ -49,7 +50,21 @@ class ReliefMaps:
             version = await asyncio.to_thread(_version, terrain, origin, bounds)
             if self._made is None or self._made.version != version:
                 self._made = await asyncio.to_thread(_make, version, terrain, origin, bounds)
+                self._contours_json.clear()
             return self._made
+
+    async def contours_json(self, made: ReliefMap, unit: HeightUnit) -> bytes:
+        """Return the contour lines of a relief map as they are sent.
+
+        Raises:
+            ConfigurationError: a library is missing.
+        """
+        async with self._turn:
+            if made is not self._made:  # it was replaced meanwhile
+                return await asyncio.to_thread(_contours_json, made, unit)
+            if unit not in self._contours_json:
+                self._contours_json[unit] = await asyncio.to_thread(_contours_json, made, unit)
+            return self._contours_json[unit]
 
 
 def _homes_enu_m(snapshot: MissionSnapshot, origin: GeodeticPosition) -> list[tuple[float, float]]:
@@ -65,5 +80,9 @@ def _version(terrain: TerrainSettings, origin: GeodeticPosition, bounds: EnuBoun
 
 def _make(version: str, terrain: TerrainSettings, origin: GeodeticPosition, bounds: EnuBounds) -> ReliefMap:
     relief = read_relief(terrain, origin, bounds)
-    lines = convert.contours(contours(relief), bounds, origin)
-    return ReliefMap(version, origin, bounds, shading_png(relief), lines.model_dump_json().encode())
+    return ReliefMap(version, origin, relief, shading_png(relief))
+
+
+def _contours_json(made: ReliefMap, unit: HeightUnit) -> bytes:
+    lines = convert.contours(contours(made.relief, unit), made.relief.bounds, made.origin)
+    return lines.model_dump_json().encode()

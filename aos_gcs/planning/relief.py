@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import Any, Final
 
 import cv2
@@ -21,7 +22,7 @@ FloatArray = NDArray[np.float64]
 
 MAX_SIDE_CELLS: Final = 768
 """Greatest number of cells along one side of a relief."""
-MAX_POINTS: Final = 20_000
+MAX_POINTS: Final = 40_000
 """Greatest number of points of all contour lines together."""
 
 _FINEST_CELL_M = 2.0
@@ -32,15 +33,28 @@ _LEAST_HALF_M = 800.0
 _GREATEST_HALF_M = 6000.0
 """Distance from the origin beyond which nothing is planned."""
 _EARTH_RADIUS_M = 6.371e6
-_INTERVALS_M = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0)
-_MOST_LINES = 40
-"""Number of heights that contour lines are drawn at, at most."""
+_MOST_LINES = 100
+"""Number of heights that contour lines are drawn at, at most; maps leave most of them out when they show much."""
 _SUN_AZIMUTH_RAD = math.radians(315.0)
 _SUN_HEIGHT_RAD = math.radians(45.0)
 _EXAGGERATION = 3.0
 """Factor of the heights in the shading, so that gentle slopes are seen."""
 _DARKEST, _BRIGHTEST = 0.5, 0.4
 """Opacity of the darkest shadow, and of the brightest light."""
+
+
+class HeightUnit(StrEnum):
+    """Unit in which the heights of contour lines are round numbers."""
+
+    METRE = "m"
+    FOOT = "ft"
+
+
+_INTERVALS: Final[Mapping[HeightUnit, Sequence[int]]] = {
+    HeightUnit.METRE: (1, 2, 5, 10, 20, 50, 100, 200, 500),
+    HeightUnit.FOOT: (5, 10, 20, 50, 100, 200, 500, 1000, 2000),
+}
+_METRES: Final[Mapping[HeightUnit, float]] = {HeightUnit.METRE: 1.0, HeightUnit.FOOT: 0.3048}
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +87,8 @@ class Contours:
     """All contour lines of a relief, few enough to be sent at once."""
 
     interval_m: float
+    spacing_m: float
+    """Mean distance between neighbouring lines on the map; the relief's longer side where there is none."""
     lines: tuple[Contour, ...]
 
 
@@ -147,24 +163,38 @@ def shading_png(relief: Relief) -> bytes:
     return cv2.imencode(".png", cv2.merge((white, white, white, alpha)))[1].tobytes()
 
 
-def contours(relief: Relief) -> Contours:
+def contours(relief: Relief, unit: HeightUnit = HeightUnit.METRE) -> Contours:
     """Return the contour lines of a relief, at the smallest interval of which there are not too many.
+
+    Args:
+        relief: heights.
+        unit: unit in which the interval, and with it each height, is a round number.
 
     Raises:
         ConfigurationError: a library is missing.
     """
     heights_m = relief.heights_amsl_m
     least_m, most_m = float(np.nanmin(heights_m)), float(np.nanmax(heights_m))
-    for interval_m in _INTERVALS_M:
-        if (most_m - least_m) / interval_m > _MOST_LINES and interval_m != _INTERVALS_M[-1]:
+    for interval in _INTERVALS[unit]:
+        interval_m = interval * _METRES[unit]
+        if (most_m - least_m) / interval_m > _MOST_LINES and interval != _INTERVALS[unit][-1]:
             continue
-        levels = interval_m * np.arange(math.ceil(least_m / interval_m), math.floor(most_m / interval_m) + 1)
-        lines = tuple(_lines(relief, levels.tolist()))
+        numbers = np.arange(math.ceil(least_m / interval_m), math.floor(most_m / interval_m) + 1)
+        lines = tuple(_lines(relief, (interval_m * numbers).tolist()))
         if sum(len(line.points_enu_m) for line in lines) <= MAX_POINTS:
             break
     else:
         lines = ()
-    return Contours(interval_m, lines)
+    return Contours(interval_m, _spacing_m(relief, lines), lines)
+
+
+def _spacing_m(relief: Relief, lines: Sequence[Contour]) -> float:
+    """Return the known area per length of the lines: the distance between them if they were evenly spread."""
+    bounds = relief.bounds
+    wide_m, high_m = bounds.east_m - bounds.west_m, bounds.north_m - bounds.south_m
+    area_m2 = wide_m * high_m * float(np.isfinite(relief.heights_amsl_m).mean())
+    length_m = sum(float(np.hypot(*np.diff(line.points_enu_m, axis=0).T).sum()) for line in lines)
+    return min(max(wide_m, high_m), area_m2 / max(length_m, 1.0))
 
 
 def _lines(relief: Relief, levels_m: Sequence[float]) -> Iterator[Contour]:

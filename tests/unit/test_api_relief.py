@@ -16,13 +16,14 @@ from aos_gcs.api import relief_maps
 from aos_gcs.api.app import create_app
 from aos_gcs.clock import LoopClock
 from aos_gcs.geometry.geodesy import LocalFrame
+from aos_gcs.planning.relief import HeightUnit
 from aos_gcs.planning.settings import TerrainSettings
 from tests.fakes.app import app_of
 from tests.fakes.mission import ORIGIN, ScriptedMission
 from tests.fakes.relief import hill, terrain, write_relief
 
 BASE_URL = "http://127.0.0.1:8080"
-NONE = {"shading_url": None, "contours_url": None, "corners": []}
+NONE = {"shading_url": None, "contours_url": None, "contours_ft_url": None, "corners": []}
 
 
 @pytest.fixture
@@ -57,13 +58,16 @@ async def test_the_relief_is_where_the_ground_is(ground: TerrainSettings, record
     async with client_of(ground, recorded=recorded) as client:
         relief = (await client.get("/api/relief")).json()
         shading = await client.get(relief["shading_url"])
-        contours = (await client.get(relief["contours_url"])).json()
+        contours, in_feet = [(await client.get(relief[name])).json() for name in ("contours_url", "contours_ft_url")]
+        wrong = await client.get("/api/relief/contours?unit=yard")
     assert shading.headers["content-type"] == "image/png"
     assert shading.content.startswith(b"\x89PNG")
     assert (relief["corners"][0]["east_m"], relief["corners"][0]["north_m"]) == (-800.0, 800.0)
     highest = max(contours["lines"], key=lambda line: line["altitude_amsl_m"])
     assert highest["altitude_amsl_m"] % contours["interval_m"] == 0
     assert 0 < ORIGIN.altitude_amsl_m + 30.0 - highest["altitude_amsl_m"] <= contours["interval_m"]
+    assert {round(line["altitude_amsl_m"] / 0.3048, 6) % 5.0 for line in in_feet["lines"]} == {0.0}
+    assert wrong.status_code == 422
     top = LocalFrame(ORIGIN).to_geodetic((0.0, 40.0, 0.0))
     assert np.mean(highest["latitude_deg"]) == pytest.approx(top.latitude_deg, abs=3e-5)
     assert np.mean(highest["longitude_deg"]) == pytest.approx(top.longitude_deg, abs=3e-5)
@@ -104,3 +108,17 @@ async def test_a_model_that_cannot_be_used_is_named(tmp_path: Path) -> None:
         answer = await client.get("/api/relief")
     assert answer.status_code == 422
     assert "gone.tif" in answer.json()["message"]
+
+
+async def test_lines_of_a_relief_that_was_replaced_meanwhile_are_its_own(
+    ground: TerrainSettings, tmp_path: Path
+) -> None:
+    reliefs, snapshot = relief_maps.ReliefMaps(), ScriptedMission(LoopClock()).snapshot()
+    former = await reliefs.about(snapshot, ground)
+    assert former is not None
+    lines = await reliefs.contours_json(former, HeightUnit.METRE)
+    write_relief(tmp_path / "ground.tif", hill(0.0, 0.0, 80.0, 80.0), origin=ORIGIN)
+    present = await reliefs.about(snapshot, ground)
+    assert present is not None
+    assert await reliefs.contours_json(former, HeightUnit.METRE) == lines
+    assert await reliefs.contours_json(present, HeightUnit.METRE) != lines

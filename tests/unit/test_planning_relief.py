@@ -12,7 +12,7 @@ pytest.importorskip("rasterio")
 
 from aos_gcs.errors import InputDataError
 from aos_gcs.planning import relief as relief_module
-from aos_gcs.planning.relief import Relief, contours, read_relief, relief_bounds, shading_png
+from aos_gcs.planning.relief import HeightUnit, Relief, contours, read_relief, relief_bounds, shading_png
 from aos_gcs.planning.terrain import EnuBounds
 from tests.fakes.relief import ORIGIN, hill, terrain, write_relief
 
@@ -53,14 +53,46 @@ def test_slopes_towards_the_north_west_are_bright_and_those_away_from_it_dark() 
 
 def test_contours_lie_where_the_ground_has_their_height() -> None:
     lines = contours(slope(0.1, 0.0))
-    assert lines.interval_m == 2.0
-    assert {line.altitude_amsl_m for line in lines.lines} == set(range(470, 530, 2))
+    assert lines.interval_m == 1.0
+    assert lines.spacing_m == pytest.approx(10.0, rel=0.03)
+    assert {line.altitude_amsl_m for line in lines.lines} == set(range(470, 530))
     for line in lines.lines:
         assert line.points_enu_m[:, 0] == pytest.approx((line.altitude_amsl_m - 500.0) / 0.1, abs=0.1)
         assert np.ptp(line.points_enu_m[:, 1]) == pytest.approx(400.0)
 
 
-def test_a_line_around_a_hill_is_closed() -> None:
+def test_heights_of_contours_are_round_in_feet_where_they_are_shown_so() -> None:
+    lines = contours(slope(0.1, 0.0), HeightUnit.FOOT)
+    assert lines.interval_m == pytest.approx(5.0 * 0.3048)
+    feet = [line.altitude_amsl_m / 0.3048 for line in lines.lines]
+    assert feet == pytest.approx(range(1545, 1740, 5))
+    for line in lines.lines:
+        assert line.points_enu_m[:, 0] == pytest.approx((line.altitude_amsl_m - 500.0) / 0.1, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("rise_m", "unit", "interval"),
+    [
+        (99.0, HeightUnit.METRE, 1.0),
+        (101.0, HeightUnit.METRE, 2.0),
+        (900.0, HeightUnit.METRE, 10.0),
+        (140.0, HeightUnit.FOOT, 5.0),
+        (900.0, HeightUnit.FOOT, 50.0),
+        (90_000.0, HeightUnit.FOOT, 2000.0),
+    ],
+)
+def test_the_interval_follows_the_range_of_heights(rise_m: float, unit: HeightUnit, interval: float) -> None:
+    lines = contours(slope(rise_m / 600.0, 0.0), unit)
+    assert lines.interval_m == pytest.approx(interval * (0.3048 if unit is HeightUnit.FOOT else 1.0))
+
+
+def test_level_ground_has_no_contours_and_a_spacing() -> None:
+    lines = contours(Relief(BOUNDS, np.full((41, 61), 500.4, dtype=np.float32)))
+    assert lines.lines == ()
+    assert lines.spacing_m == 600.0
+
+
+def test_a_line_around_a_hill_is_closed_and_as_far_out_as_the_hill_has_its_height() -> None:
     north_m, east_m = np.mgrid[200.0:-200.0:81j, -300.0:300.0:121j]
     heights = 500.0 + hill(20.0, 30.0, 10.0, 60.0)(east_m, north_m)
     for line in contours(Relief(BOUNDS, heights.astype(np.float32))).lines:
@@ -68,6 +100,9 @@ def test_a_line_around_a_hill_is_closed() -> None:
             assert (line.points_enu_m[0] == line.points_enu_m[-1]).all()
             radius_m = np.hypot(*(line.points_enu_m - (20.0, 30.0)).T)
             assert np.ptp(radius_m) < 5.0
+            assert hill(0.0, 0.0, 10.0, 60.0)(radius_m.mean(), 0.0) == pytest.approx(
+                line.altitude_amsl_m - 500.0, abs=0.3
+            )
 
 
 def test_rough_ground_has_no_more_lines_than_can_be_sent(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -76,6 +111,12 @@ def test_rough_ground_has_no_more_lines_than_can_be_sent(monkeypatch: pytest.Mon
     lines = contours(Relief(BOUNDS, rough))
     assert sum(len(line.points_enu_m) for line in lines.lines) <= 3000
     assert lines.interval_m > 1.0
+
+
+def test_the_distance_between_lines_is_that_where_the_ground_is_known() -> None:
+    relief = slope(0.1, 0.0)
+    relief.heights_amsl_m[:, 20:] = np.nan
+    assert contours(relief).spacing_m == pytest.approx(10.0, rel=0.1)
 
 
 def test_a_hole_is_transparent_and_without_lines() -> None:

@@ -10,6 +10,7 @@ export class FakeMap {
   readonly sources = new Map<string, { data: FeatureCollection; changes: number }>();
   readonly layers: string[] = [];
   readonly filters = new Map<string, unknown>();
+  readonly paints = new Map<string, Record<string, unknown> | undefined>();
   /** What has been set of layers, in order. */
   readonly properties: string[] = [];
   /** Addresses of the images that have been shown, in order. */
@@ -34,8 +35,9 @@ export class FakeMap {
   removeSource(id: string): void {
     this.sources.delete(id);
   }
-  addLayer({ id, filter }: { id: string; filter?: unknown }): void {
+  addLayer({ id, filter, paint }: { id: string; filter?: unknown; paint?: Record<string, unknown> }): void {
     this.layers.push(id);
+    this.paints.set(id, paint);
     this.filters.set(id, filter);
   }
   getLayer(id: string): string | undefined {

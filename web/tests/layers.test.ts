@@ -236,13 +236,27 @@ test("every fifth contour line is a thick one with its height above the sea", ()
     latitude_deg: [48.1, 48.2],
     longitude_deg: [14.3, 14.4],
   }));
-  const features = drawn(contoursLayer({ interval_m: 5, lines }), scene());
-  expect(features.map((feature) => feature.properties?.["isIndex"])).toEqual([false, false, true, false]);
+  const features = drawn(contoursLayer({ interval_m: 5, spacing_m: 20, lines }), scene());
+  expect(features.map((feature) => feature.properties?.["rank"])).toEqual([0, 0, 2, 0]);
   expect(features[2]?.properties?.["height"]).toBe("500\u202fm");
   expect((features[0]?.geometry as LineString).coordinates).toEqual([
     [14.3, 48.1],
     [14.4, 48.2],
   ]);
+});
+
+test("contour lines are thinned out by zoom, and those of whole hundreds stay", () => {
+  const line = { altitude_amsl_m: 500, latitude_deg: [60, 60.1], longitude_deg: [14.3, 14.4] };
+  const map = new FakeMap();
+  map.attach(contoursLayer({ interval_m: 1, spacing_m: 20, lines: [line] }));
+  const opacity = map.paints.get("contours-0")?.["line-opacity"] as unknown[];
+  const [, , farthest, indexZoom, farther, allZoom, near] = opacity;
+  expect(farthest).toEqual(["case", [">=", ["get", "rank"], 2], 0.8, 0]);
+  expect(farther).toEqual(["case", [">=", ["get", "rank"], 1], 0.8, 0]);
+  expect(near).toBe(0.8);
+  // 20 m are 10 px where a pixel is 2 m wide; at 60 degrees north it is half as wide as at the equator.
+  expect(allZoom).toBeCloseTo(Math.log2(78271.517 / 4), 3);
+  expect(indexZoom).toBeCloseTo(Number(allZoom) - Math.log2(5), 6);
 });
 
 test("shading lies on four known corners, or nowhere", () => {

@@ -39,4 +39,4 @@ def contours(lines: Contours, bounds: EnuBounds, origin: GeodeticPosition) -> wi
                 longitude_deg=degrees[:, 1].tolist(),
             )
         )
-    return wire.ContoursModel(interval_m=lines.interval_m, lines=converted)
+    return wire.ContoursModel(interval_m=lines.interval_m, spacing_m=lines.spacing_m, lines=converted)

@@ -12,6 +12,7 @@ class ReliefModel(WireModel):
 
     shading_url: str | None = Field(description="URL of the hill shading; null without an elevation model or origin.")
     contours_url: str | None = Field(description="URL of the contour lines; null where there is no shading.")
+    contours_ft_url: str | None = Field(description="The same for contour lines at whole numbers of feet.")
     corners: list[VertexModel] = Field(description="Corners of the shading, clockwise from the north-western one.")
 
 
@@ -27,4 +28,5 @@ class ContoursModel(WireModel):
     """Contour lines of the ground about a mission."""
 
     interval_m: float = Field(description="Difference of height between neighbouring lines.")
+    spacing_m: float = Field(description="Mean distance between neighbouring lines on the map.")
     lines: list[ContourModel]

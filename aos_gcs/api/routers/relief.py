@@ -12,6 +12,7 @@ from aos_gcs.api.errors import NotFoundError
 from aos_gcs.api.models.base import ErrorModel
 from aos_gcs.api.models.relief import ContoursModel, ReliefModel
 from aos_gcs.api.relief_maps import ReliefMap
+from aos_gcs.planning.relief import HeightUnit
 
 router = APIRouter(prefix="/api/relief", tags=["relief"], responses={422: {"model": ErrorModel}})
 
@@ -25,11 +26,12 @@ async def read_relief(mission: Mission, terrain: Terrain, reliefs: Reliefs) -> R
     """Return where the relief about the mission is; it changes with the plan, and the addresses with it."""
     made = await reliefs.about(mission.snapshot(), terrain)
     if made is None:
-        return ReliefModel(shading_url=None, contours_url=None, corners=[])
+        return ReliefModel(shading_url=None, contours_url=None, contours_ft_url=None, corners=[])
     return ReliefModel(
         shading_url=f"/api/relief/shading.png?version={made.version}",
         contours_url=f"/api/relief/contours?version={made.version}",
-        corners=relief_convert.corners(made.bounds, made.origin),
+        contours_ft_url=f"/api/relief/contours?version={made.version}&unit={HeightUnit.FOOT}",
+        corners=relief_convert.corners(made.relief.bounds, made.origin),
     )
 
 
@@ -56,11 +58,15 @@ async def read_shading(
     responses={304: {"description": "The client has these lines already."}, 404: {"model": ErrorModel}},
 )
 async def read_contours(
-    mission: Mission, terrain: Terrain, reliefs: Reliefs, if_none_match: Annotated[str | None, Header()] = None
+    mission: Mission,
+    terrain: Terrain,
+    reliefs: Reliefs,
+    unit: HeightUnit = HeightUnit.METRE,
+    if_none_match: Annotated[str | None, Header()] = None,
 ) -> Response:
-    """Return the contour lines about the mission."""
+    """Return the contour lines about the mission, at round numbers of a unit."""
     made = _existing(await reliefs.about(mission.snapshot(), terrain))
-    return _answer(made, made.contours_json, "application/json", if_none_match)
+    return _answer(made, await reliefs.contours_json(made, unit), "application/json", if_none_match)
 
 
 def _existing(made: ReliefMap | None) -> ReliefMap:

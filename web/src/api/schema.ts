@@ -789,7 +789,7 @@ export interface paths {
     };
     /**
      * Read Contours
-     * @description Return the contour lines about the mission.
+     * @description Return the contour lines about the mission, at round numbers of a unit.
      */
     get: operations["read_contours_api_relief_contours_get"];
     put?: never;
@@ -1386,6 +1386,11 @@ export interface components {
       interval_m: number;
       /** Lines */
       lines: components["schemas"]["ContourModel"][];
+      /**
+       * Spacing M
+       * @description Mean distance between neighbouring lines on the map.
+       */
+      spacing_m: number;
     };
     /**
      * ControlAnswer
@@ -1744,6 +1749,12 @@ export interface components {
       /** Seq */
       seq: number;
     };
+    /**
+     * HeightUnit
+     * @description Unit in which the heights of contour lines are round numbers.
+     * @enum {string}
+     */
+    HeightUnit: "m" | "ft";
     /**
      * HelloMessage
      * @description All that a client has to know to follow the messages after it. Comes again when a replay has jumped.
@@ -2663,6 +2674,11 @@ export interface components {
      * @description Pictures of the ground's relief, from the mission's elevation model.
      */
     ReliefModel: {
+      /**
+       * Contours Ft Url
+       * @description The same for contour lines at whole numbers of feet.
+       */
+      contours_ft_url: string | null;
       /**
        * Contours Url
        * @description URL of the contour lines; null where there is no shading.
@@ -5456,7 +5472,9 @@ export interface operations {
   };
   read_contours_api_relief_contours_get: {
     parameters: {
-      query?: never;
+      query?: {
+        unit?: components["schemas"]["HeightUnit"];
+      };
       header?: {
         "if-none-match"?: string | null;
       };

@@ -3,10 +3,12 @@ import { useEffect, useState } from "preact/hooks";
 import { readContours, readRelief } from "../api/relief";
 import { useShell } from "../shell/context";
 import type { State } from "../state/state";
+import { chosenUnits } from "../units";
 import type { MapLayer } from "./layer";
 import { contoursLayer, shadingLayer } from "./layers/relief";
 
 interface Drawn {
+  /** Address of the contour lines, which changes with the relief and with the units. */
   readonly url: string | null;
   readonly layers: readonly MapLayer[];
 }
@@ -35,10 +37,10 @@ export function useReliefLayers(): readonly MapLayer[] {
   return drawn.layers;
 }
 
-/** What the place of the relief depends on; null while there is none. */
+/** What the relief and its lines depend on; null while there is none. */
 function placeOf({ mission, planRevision }: State): string | null {
   if (mission === null || mission.origin === null) return null;
-  return JSON.stringify([mission.mission_id, mission.origin, mission.fence, planRevision]);
+  return JSON.stringify([mission.mission_id, mission.origin, mission.fence, planRevision, chosenUnits()]);
 }
 
 /** Layers by the station; those that are drawn if nothing has changed, null if it does not answer. */
@@ -48,11 +50,12 @@ async function read(drawn: Drawn): Promise<Drawn | null> {
     // A model that cannot be used is named by preflight and by the check of the plan.
     return relief.status === undefined ? null : NOTHING;
   }
-  const { shading_url: url, contours_url, corners } = relief.value;
-  if (url === null || contours_url === null) return NOTHING;
+  const { shading_url, contours_url, contours_ft_url, corners } = relief.value;
+  const url = chosenUnits() === "imperial" ? contours_ft_url : contours_url;
+  if (shading_url === null || url === null) return NOTHING;
   if (url === drawn.url) return drawn;
-  const contours = await readContours(contours_url);
+  const contours = await readContours(url);
   if (!contours.ok) return null;
-  const layers = [shadingLayer(url, corners), contoursLayer(contours.value)];
+  const layers = [shadingLayer(shading_url, corners), contoursLayer(contours.value)];
   return { url, layers: layers.filter((layer): layer is MapLayer => layer !== null) };
 }
