@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -15,6 +16,10 @@ FloatArray = NDArray[np.float64]
 
 MIN_MOVE_M = 0.1
 """Shortened segments below this length are not worth a command."""
+TURN_SPACING_M = 0.5
+"""Distance of two places from which a vehicle without contact may fly home."""
+MAX_TURNS = 400
+"""Greatest number of such places on one way: on longer ones than 200 m they are farther apart."""
 _WORTH_TELLING_M = 0.1
 """Difference of horizontal and vertical limit from which both are told."""
 
@@ -71,8 +76,8 @@ class Obstacle:
     """Launch point, shape (3,), that its autopilot returns to: the path there and the column above it are occupied,
     too."""
     turn_enu_m: FloatArray | None = None
-    """Place at which it may turn for home at the latest, shape (3,): the path home from there is occupied, too. Between
-    there and its position, it may turn anywhere."""
+    """Place at which it may turn for home at the latest, shape (3,): it may turn anywhere up to there, and the paths
+    home from all of that way are occupied, too."""
     return_up_m: float | None = None
     """Height above the origin to which its autopilot climbs before it returns; None: it returns at its present one."""
     accuracy: Accuracy = EXACT
@@ -95,12 +100,20 @@ class Obstacle:
         segments = [self._column(here) if self.column else np.array([here, here])]
         segments += [np.array([here, end]) for end in (self.waypoint_enu_m, self.stop_enu_m) if end is not None]
         if self.home_enu_m is not None:
-            return_m = here[2] if self.return_up_m is None else max(here[2], self.return_up_m)
-            above_home = np.array([*self.home_enu_m[:2], return_m])
-            turns = [here] if self.turn_enu_m is None else [here, self.turn_enu_m]
-            segments += [np.array([[*turn[:2], return_m], above_home]) for turn in turns]
-            segments.append(self._column(above_home))
+            turns = self._turns(here)
+            if self.return_up_m is not None:
+                turns[:, 2] = np.maximum(turns[:, 2], self.return_up_m)
+            above_home = turns.copy()
+            above_home[:, :2] = self.home_enu_m[:2]
+            segments += list(np.stack([turns, above_home], axis=1))
+            segments.append(self._column(above_home[above_home[:, 2].argmax()]))
         return np.array(segments)
+
+    def _turns(self, here_enu_m: FloatArray) -> FloatArray:
+        """Return places from where it may fly home, shape (k, 3), close together."""
+        last_enu_m = here_enu_m if self.turn_enu_m is None else self.turn_enu_m
+        gaps = math.ceil(float(np.linalg.norm(last_enu_m - here_enu_m)) / TURN_SPACING_M)
+        return np.linspace(here_enu_m, last_enu_m, min(gaps, MAX_TURNS) + 1)
 
     def _column(self, position_enu_m: FloatArray) -> FloatArray:
         """Return all that it occupies above and below a place on its way."""

@@ -91,3 +91,13 @@ async def test_its_way_home_from_its_waypoint_is_kept_free_as_that_from_where_it
     await asyncio.sleep(60.0)
     assert sent_to(control, 11.0, 20.0)[0] is verdict, "0.7 m beside the line from its waypoint to its launch point"
     assert sent_to(control, 14.0, 20.0)[0] is WaypointVerdict.SENT
+
+
+async def test_it_may_turn_for_home_anywhere_on_its_way_to_its_waypoint() -> None:
+    control = lost_on_its_way(east_m=60.0, home_east_m=30.0)
+    await asyncio.sleep(60.0)
+    between = (4.0, 22.0)
+    assert sent_to(control, *between)[0] is WaypointVerdict.SHORTENED, (
+        "2.8 and 3.9 m beside the ways home from both ends"
+    )
+    assert sent_to(control, 20.0, 22.0)[0] is WaypointVerdict.SENT, "beyond all ways home"
