@@ -230,6 +230,9 @@ class FlightControl:
     def rest_of_way(self, member: Member, others: Iterable[Member], tolerance_m: float) -> Admission:
         """Return how much of what is left of a granted way keeps clear of other vehicles, as they are known by now.
 
+        What the vehicle passes before it can stop, braking twice as hard as is reckoned with elsewhere, does not count:
+        no hold keeps it from there, and it might stop right above or below what it has passed.
+
         Args:
             member: vehicle that flies to a waypoint.
             others: vehicles to keep clear of.
@@ -241,7 +244,9 @@ class FlightControl:
         obstacles = [obstacle for other in others if (obstacle := self._obstacle(other)) is not None]
         request = self._request(member, position_enu_m, end_enu_m)
         traffic = Traffic([request], obstacles, self._limits.separation_m - tolerance_m)
-        return traffic.admissible(member.vehicle_id, position_enu_m, end_enu_m)
+        stop = stop_enu_m(member, position_enu_m, self._roster, self._settings)
+        start_enu_m = position_enu_m if stop is None else (position_enu_m + stop) / 2.0
+        return traffic.admissible(member.vehicle_id, start_enu_m, end_enu_m)
 
     def blocks_path(
         self,
