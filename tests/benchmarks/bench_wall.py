@@ -240,8 +240,17 @@ def view(url: str, observers: int, ready: Event, count: Synchronized[int]) -> No
     asyncio.run(everybody())
 
 
+@dataclass(frozen=True)
+class Viewers:
+    """Clients that watch the wall, in a process of their own."""
+
+    pictures: Synchronized[int]
+    """Number of pictures that they have got."""
+    usage: Usage
+
+
 @contextlib.asynccontextmanager
-async def viewers(flown: Station, observers: int) -> AsyncIterator[Synchronized[int]]:
+async def viewers(flown: Station, observers: int) -> AsyncIterator[Viewers]:
     """Watch the wall for as long as the context is entered."""
     url = f"{flown.url.replace('http', 'ws')}api/wall"
     spawn = multiprocessing.get_context("spawn")
@@ -250,7 +259,8 @@ async def viewers(flown: Station, observers: int) -> AsyncIterator[Synchronized[
     process.start()
     if not await asyncio.to_thread(ready.wait, 60.0):
         raise SystemExit("the viewers have seen nothing")
-    yield count
+    assert process.pid is not None
+    yield Viewers(count, Usage(process.pid))
     process.terminate()
     process.join()
     await asyncio.sleep(1.0)
@@ -261,19 +271,22 @@ async def measure_cost(flown: Station, usage: Usage, seconds: float, observers: 
     await asyncio.sleep(5.0)  # until the dashboard's process has started
     shares = {}
     for count in (0, 1, observers):
-        async with viewers(flown, count) if count else contextlib.nullcontext() as pictures:
+        async with viewers(flown, count) if count else contextlib.nullcontext() as watching:
             before_s, began_s = usage.spent_s(), time.perf_counter()
-            former = 0 if pictures is None else pictures.value
+            former = 0 if watching is None else watching.pictures.value
             await asyncio.sleep(seconds)
             elapsed_s = time.perf_counter() - began_s
             shares[count] = 100.0 * (usage.spent_s() - before_s) / elapsed_s
-            rate_hz = 0.0 if pictures is None else (pictures.value - former) / elapsed_s / count / CAMERAS
+            rate_hz = 0.0 if watching is None else (watching.pictures.value - former) / elapsed_s / count / CAMERAS
             print(f"{count} viewers: {shares[count]:.1f} % of a core, {rate_hz:.2f} pictures per tile and second")
     report("wall.observers", shares[observers] - shares[0])
 
 
-async def measure_step(flown: Station, seconds: float, observers: int, *, is_raised: bool) -> None:
-    """Time the analysis of steps without and with viewers, in turns."""
+async def measure_step(flown: Station, usage: Usage, seconds: float, observers: int, *, is_raised: bool) -> None:
+    """Time the analysis of steps without and with viewers, in turns.
+
+    What the viewers' own process takes is printed, too: in the field, viewers are other machines.
+    """
     pose = nadir_pose([0.0, 0.0, 35.0])
     camera = CameraModel.from_fov(SIZE_PX, SIZE_PX, 0.87)
     first = Frame(1, image(1), BANDS, pose, camera)
@@ -281,19 +294,26 @@ async def measure_step(flown: Station, seconds: float, observers: int, *, is_rai
         replace(first, vehicle_id=number, pose=nadir_pose([3.0 * number, 0.0, 35.0 + number])) for number in range(10)
     ]
     times_s: dict[bool, list[float]] = {False: [], True: []}
+    spent_s = {"dashboard": 0.0, "viewers": 0.0}
     async with open_worker(ANALYSIS) as worker:
         await worker.ready()
         for turn in range(8):
             has_viewers = turn % 2 == 1
-            async with viewers(flown, observers) if has_viewers else contextlib.nullcontext():
+            async with viewers(flown, observers) if has_viewers else contextlib.nullcontext() as watching:
                 if is_raised:
                     raise_sessions()
+                usages = {} if watching is None else {"dashboard": usage, "viewers": watching.usage}
+                before_s = {name: one.spent_s() for name, one in usages.items()}
                 until_s = time.perf_counter() + seconds / 4.0
                 while time.perf_counter() < until_s:
                     began_s = time.perf_counter()
                     await worker.run(analyse_step, frames, ImagingSettings())
                     times_s[has_viewers].append(time.perf_counter() - began_s)
                     await asyncio.sleep(0.2)
+                for name, one in usages.items():
+                    spent_s[name] += one.spent_s() - before_s[name]
+    shares = (f"{name} {100.0 * one_s / seconds:.1f} %" for name, one_s in spent_s.items())
+    print(f"of a core, with viewers: {', '.join(shares)}")
     without_s, with_s = (statistics.median(times_s[has_viewers]) for has_viewers in (False, True))
     counts = " and ".join(str(len(times_s[has_viewers])) for has_viewers in (False, True))
     without, with_viewers = (f"{1000.0 * one_s:.1f} ms" for one_s in (without_s, with_s))
@@ -309,7 +329,7 @@ async def measure(options: argparse.Namespace) -> None:
         if "cost" in options.parts:
             await measure_cost(flown, usage, options.seconds, options.observers)
         if "step" in options.parts:
-            await measure_step(flown, options.seconds, options.observers, is_raised=options.raised)
+            await measure_step(flown, usage, options.seconds, options.observers, is_raised=options.raised)
 
 
 def main() -> None:
