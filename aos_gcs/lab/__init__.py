@@ -2,7 +2,8 @@
 
 A notebook needs little more than this::
 
-    from aos_gcs.lab import Scenario, draw_initialisations, open_world, parse_strategies, run_strategy, to_table
+    from aos_gcs.lab import Scenario, draw_initialisations, open_world, parse_strategies, run_strategy
+    from aos_gcs.lab.tables import to_table
 
     scenario = Scenario(trees_per_ha=400.0)
     (initialisation,) = draw_initialisations(1, seed=0, scenario=scenario)
@@ -13,7 +14,7 @@ A notebook needs little more than this::
 
 from aos_gcs.lab.experiment import run_strategy
 from aos_gcs.lab.initialisation import Initialisation, draw_initialisations, open_world, paper_initialisations
-from aos_gcs.lab.rows import StepRow, to_table
+from aos_gcs.lab.rows import StepRow
 from aos_gcs.lab.scenario import Fidelity, Scenario, TimeModel, load_scenario, parse_scenario
 from aos_gcs.lab.strategies import StrategyChoice, parse_strategies
 
@@ -31,5 +32,4 @@ __all__ = [
     "parse_scenario",
     "parse_strategies",
     "run_strategy",
-    "to_table",
 ]

@@ -16,9 +16,9 @@ from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.lab.bound import oracle_rows
 from aos_gcs.lab.experiment import run_strategy
 from aos_gcs.lab.initialisation import Initialisation, check_initialisation, open_world
-from aos_gcs.lab.rows import SCHEMA, to_table
 from aos_gcs.lab.scenario import Scenario, parse_scenario
 from aos_gcs.lab.strategies import StrategyChoice
+from aos_gcs.lab.tables import SCHEMA, to_table
 
 FORMAT = 1
 """Version of the manifest and the result files."""

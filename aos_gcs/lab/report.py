@@ -102,7 +102,7 @@ def compare(scenario: Scenario, strategies: Sequence[str], rows: pa.Table) -> Co
     Args:
         scenario: scenario of the campaign.
         strategies: labels, in the order in which they are reported.
-        rows: table of :data:`aos_gcs.lab.rows.SCHEMA`.
+        rows: table of :data:`aos_gcs.lab.tables.SCHEMA`.
 
     Raises:
         InputDataError: no initialisation has been run by all strategies.

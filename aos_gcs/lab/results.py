@@ -22,7 +22,7 @@ import pyarrow.parquet as pq
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.lab.campaign import Campaign, parse_manifest
 from aos_gcs.lab.initialisation import Initialisation
-from aos_gcs.lab.rows import SCHEMA
+from aos_gcs.lab.tables import SCHEMA
 
 MANIFEST = "campaign.json"
 STEPS = "steps"

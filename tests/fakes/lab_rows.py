@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pyarrow as pa
 
-from aos_gcs.lab.rows import StepRow, to_table
+from aos_gcs.lab.rows import StepRow
+from aos_gcs.lab.tables import to_table
 
 TIMES_S = np.linspace(0.0, 20.0, 41)
 ROW = StepRow(

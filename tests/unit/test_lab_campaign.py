@@ -14,9 +14,9 @@ from aos_gcs.lab import workers
 from aos_gcs.lab.campaign import Campaign, run_initialisation
 from aos_gcs.lab.initialisation import Initialisation, draw_initialisations
 from aos_gcs.lab.results import MANIFEST, STEPS, ResultFolder, create_results, open_results
-from aos_gcs.lab.rows import SCHEMA
 from aos_gcs.lab.scenario import Scenario
 from aos_gcs.lab.strategies import parse_strategies
+from aos_gcs.lab.tables import SCHEMA
 
 pytestmark = pytest.mark.realtime
 

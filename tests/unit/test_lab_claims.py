@@ -22,8 +22,8 @@ from aos_gcs.lab.claims import (
     untuned_loses,
 )
 from aos_gcs.lab.report import Comparison, compare
-from aos_gcs.lab.rows import SCHEMA
 from aos_gcs.lab.scenario import Scenario
+from aos_gcs.lab.tables import SCHEMA
 
 STEPS = 81
 TIME_S = np.linspace(0.0, 20.0, STEPS)

@@ -8,10 +8,11 @@ import pytest
 from aos_gcs.imaging.model import LeaderCriterion
 from aos_gcs.lab.experiment import closest_approach_m, run_strategy
 from aos_gcs.lab.initialisation import paper_initialisations
-from aos_gcs.lab.rows import SCHEMA, StepRow, to_table
+from aos_gcs.lab.rows import StepRow
 from aos_gcs.lab.scenario import Scenario, TimeModel
 from aos_gcs.lab.sensing import GeometricSensor
 from aos_gcs.lab.strategies import parse_strategies
+from aos_gcs.lab.tables import SCHEMA, to_table
 from aos_gcs.lab.timing import rest_to_rest_s, step_duration_s
 from aos_gcs.lab.worlds import Target
 from aos_sim.errors.wind import Wind

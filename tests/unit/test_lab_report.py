@@ -11,9 +11,10 @@ import pytest
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.lab.bound import ORACLE
 from aos_gcs.lab.report import Comparison, compare, difference_table, summary_table, write_report
-from aos_gcs.lab.rows import StepRow, to_table
+from aos_gcs.lab.rows import StepRow
 from aos_gcs.lab.runs import split_runs
 from aos_gcs.lab.scenario import Scenario
+from aos_gcs.lab.tables import to_table
 
 SCENARIO = Scenario(drones=2)
 STEP_S = 0.4
