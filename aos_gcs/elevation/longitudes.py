@@ -6,9 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 
-def unwrapped_deg(longitude_deg: NDArray[np.float64], about_deg: float) -> NDArray[np.float64]:
-    """Return longitudes within half a turn of another; as they are where one is not finite."""
-    longitude = np.asarray(longitude_deg, dtype=np.float64)
-    if not np.isfinite([about_deg, *longitude.ravel()]).all():
-        return longitude
-    return longitude - 360.0 * np.rint((longitude - about_deg) / 360.0)
+def unwrapped(longitudes: NDArray[np.float64], about: float, turn: float = 360.0) -> NDArray[np.float64]:
+    """Return longitudes within half a turn of another; those that are not finite stay as they are.
+
+    Args:
+        longitudes: longitudes in units of which a turn has so many.
+        about: longitude to be near to.
+        turn: a whole turn.
+    """
+    with np.errstate(invalid="ignore"):
+        turned = longitudes - turn * np.rint((longitudes - about) / turn)
+    return np.where(np.isfinite(turned), turned, longitudes)

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from aos_gcs.elevation.datum import SIGMA_THROUGH_GRIDS_M, SIGMA_TO_EGM96_M, StatedDatum, VerticalDatum
 from aos_gcs.elevation.geoid import Geoid
-from aos_gcs.elevation.longitudes import unwrapped_deg
+from aos_gcs.elevation.longitudes import unwrapped
 from aos_gcs.elevation.suspects import Holes, SuspectedHoles, overlaps, refuse_disagreement, zeros_at_a_step
 from aos_gcs.elevation.tile import BLOCK_CELLS, BlockCache, ElevationTile, block_counts
 from aos_gcs.errors import ConfigurationError, InputDataError
@@ -155,7 +155,7 @@ class ElevationModel:
             y = np.concatenate([np.full(9, south), np.full(9, north)] + [south + along * (north - south)] * 2)
             longitude, latitude = self._to_crs.transform(x, y, direction="INVERSE")
             if not tile.crs.is_geographic:
-                longitude = unwrapped_deg(longitude, float(boxes[0][1]) if boxes else float(longitude[4]))
+                longitude = unwrapped(longitude, float(boxes[0][1]) if boxes else float(longitude[4]))
             boxes.append(tuple(map(float, (latitude.min(), longitude.min(), latitude.max(), longitude.max()))))
         corners = np.array(boxes)
         south, west = corners[:, :2].min(axis=0)
@@ -189,8 +189,8 @@ class ElevationModel:
         x, y = (np.atleast_1d(axis) for axis in self._to_crs.transform(longitude_deg, latitude_deg))
         x, y = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
         if self._tiles[0].crs.is_geographic:
-            first = self._tiles[0].bounds
-            x = x - self._turn * np.rint((x - (first[0] + first[2]) / 2.0) / self._turn)
+            west, _, east, _ = self._tiles[0].bounds
+            x = unwrapped(x, (west + east) / 2.0, self._turn)
         return x, y
 
     def cells_of_files(self, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> NDArray[np.float32]:

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from aos_gcs.elevation.longitudes import unwrapped_deg
+from aos_gcs.elevation.longitudes import unwrapped
 from aos_gcs.elevation.model import ElevationModel, ModelKind
 from aos_gcs.elevation.suspects import Holes
 
@@ -126,7 +126,7 @@ def _undulation_m(model: ElevationModel, places: Sequence[Place]) -> float | Non
 
 
 def _area_heights(model: ElevationModel, corners_deg: NDArray[np.float64]) -> AreaHeights:
-    corners_deg[:, 1] = unwrapped_deg(corners_deg[:, 1], corners_deg[0, 1])
+    corners_deg[:, 1] = unwrapped(corners_deg[:, 1], corners_deg[0, 1])
     (south, west), (north, east) = corners_deg.min(axis=0), corners_deg.max(axis=0)
     latitude, longitude = np.meshgrid(
         np.linspace(south, north, MAX_AREA_SAMPLES), np.linspace(west, east, MAX_AREA_SAMPLES), indexing="ij"
