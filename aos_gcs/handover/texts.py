@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from datetime import UTC, datetime, tzinfo
+from datetime import datetime, tzinfo
 from typing import Final
 from xml.sax.saxutils import escape
 from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
@@ -50,18 +50,7 @@ class Writer:
 
     def time(self, utc_s: float | None) -> str:
         """Return date, time and zone; a dash for a time that is not known."""
-        return UNKNOWN if utc_s is None else f"{self._moment(utc_s):%Y-%m-%d %H:%M:%S %Z}"
-
-    def clock(self, utc_s: float | None) -> str:
-        """Return the time of day and the zone."""
-        return UNKNOWN if utc_s is None else f"{self._moment(utc_s):%H:%M:%S %Z}"
-
-    def day(self, utc_s: float) -> str:
-        """Return the date."""
-        return f"{self._moment(utc_s):%Y-%m-%d}"
-
-    def _moment(self, utc_s: float) -> datetime:
-        return datetime.fromtimestamp(utc_s, UTC).astimezone(self.zone)
+        return UNKNOWN if utc_s is None else f"{datetime.fromtimestamp(utc_s, self.zone):%Y-%m-%d %H:%M:%S %Z}"
 
     def place(self, position_enu_m: EnuPoint) -> str:
         """Return a place on the globe, or in metres from the origin where that is not known."""

@@ -148,24 +148,6 @@ def order_legs(
     return in_passes([strips[part.strip].part(part, bin_m) for part in order], plan.passes)
 
 
-def mean_time_s(
-    order: Sequence[ScanLeg], plan: MissionPlan, chances: Chances, from_m: tuple[float, float], width_m: float
-) -> float:
-    """Return the mean time until the person is noticed; who is not noticed counts with the end of the legs.
-
-    Args:
-        order: legs in the order in which they are flown.
-        plan: plan that they are part of.
-        chances: what a pass gains.
-        from_m: place that the swarm comes from.
-        width_m: width of the strips.
-    """
-    bin_m = max(_BIN_M, max(leg.length_m for leg in order) / _MOST_BINS)
-    strips = [_strip(leg, width_m, chances, bin_m) for leg in order]
-    parts = [_Part(number, 0, strip.bins, is_back=False) for number, strip in enumerate(strips)]
-    return _mean_time_s(parts, strips, from_m, _Pace(plan.cruise_speed_mps, _leg_mps(plan), bin_m))
-
-
 def strip_width_m(plan: MissionPlan, legs: Sequence[ScanLeg]) -> float:
     """Return the distance of neighbouring legs; that of an only one is what the line is wide."""
     if len(legs) < 2:

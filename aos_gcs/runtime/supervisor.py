@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import logging
 import os
 import signal
 import socket
@@ -17,8 +16,6 @@ from aos_gcs.bridge.host import MissionHost
 from aos_gcs.bridge.messages import framed
 from aos_gcs.errors import AosError, LinkError
 from aos_gcs.ports import Notice, Severity
-
-_log = logging.getLogger(__name__)
 
 START_S: Final = 60.0
 """Time for the process to import its modules, on a machine that is busy."""

@@ -38,7 +38,7 @@ def test_it_follows_terrain_that_rises_slowly() -> None:
 
 def test_an_operators_height_stays_where_others_count_from_elsewhere() -> None:
     track = overridden(FocusTrack(1.0, 0.5), 4.0).moved(7.0)
-    assert (track.height_m, track.focal_height_m) == (8.0, 4.0)
+    assert (track.height_m, track.override_m) == (8.0, 4.0)
 
 
 def test_one_wrong_result_is_doubted() -> None:
@@ -69,9 +69,10 @@ def test_nothing_found_only_lets_the_uncertainty_grow() -> None:
 def test_the_operator_overrules_and_gives_back() -> None:
     track = overridden(FocusTrack(2.0, 0.2), 5.0)
     track = update_focus(track, found(2.2))
-    assert track.focal_height_m == 5.0
+    assert track.override_m == 5.0
     track = overridden(track, None)
-    assert track.focal_height_m == track.height_m == pytest.approx(2.0, abs=0.2)
+    assert track.override_m is None
+    assert track.height_m == pytest.approx(2.0, abs=0.2)
     with pytest.raises(ConfigurationError, match="finite"):
         overridden(track, math.nan)
 

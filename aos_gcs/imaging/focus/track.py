@@ -36,11 +36,6 @@ class FocusTrack:
     missed: int = 0
     """Steps in a row that found nothing."""
 
-    @property
-    def focal_height_m(self) -> float:
-        """Height to focus on."""
-        return self.height_m if self.override_m is None else self.override_m
-
     def moved(self, up_m: float) -> FocusTrack:
         """Return the track of heights that count from elsewhere; the operator's stays."""
         return replace(self, height_m=self.height_m + up_m)

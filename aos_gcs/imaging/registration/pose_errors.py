@@ -133,10 +133,6 @@ class Registration:
         left = self._relative_covariance()[np.ix_(judged.ravel(), judged.ravel())] / np.outer(sigmas, sigmas)
         return self.inlier_share * max(0.0, 1.0 - float(np.linalg.eigvalsh(left)[-1]))
 
-    def sigmas(self) -> NDArray[np.float64]:
-        """Return the standard deviations of the lasting errors relative to the mean of the fleet, shape (n, 6)."""
-        return np.asarray(np.sqrt(np.diag(self._relative_covariance())).reshape(-1, POSE_ERRORS))
-
     def corrections(self) -> Mapping[int, PoseCorrection]:
         """Return the correction of each vehicle, as it heads north, by its id.
 
