@@ -43,18 +43,17 @@ class FrameWindow:
         return range(self.first, self.end)
 
 
-def plan_windows(views: Sequence[Placed], ground_m: float, max_frames: int = MAX_FRAMES) -> tuple[FrameWindow, ...]:
+def plan_windows(views: Sequence[Placed], ground_m: float) -> tuple[FrameWindow, ...]:
     """Return windows that hold every frame of a flight, each of at least two frames where there are as many.
 
     Args:
         views: cameras and poses of the frames, in the order of the flight.
         ground_m: height of the ground.
-        max_frames: largest number of frames of a window.
     """
     count, first = len(views), 0
     windows: list[FrameWindow] = []
     while True:
-        end = min(max(_end(views, first, ground_m, max_frames), first + 2), count)
+        end = min(max(_end(views, first, ground_m), first + 2), count)
         windows.append(FrameWindow(first, end))
         if end == count:
             return tuple(windows)
@@ -62,14 +61,15 @@ def plan_windows(views: Sequence[Placed], ground_m: float, max_frames: int = MAX
         first = max(first + 1, min(first + round(ADVANCE * (end - first)), count - 2))
 
 
-def _end(views: Sequence[Placed], first: int, ground_m: float, max_frames: int) -> int:
+def _end(views: Sequence[Placed], first: int, ground_m: float) -> int:
     outline_m = footprint(views[first].camera, views[first].pose, ground_m)
     reach_m = MAX_REACH * float(np.ptp(outline_m, axis=0).max()) if len(outline_m) else 0.0
     start_m = views[first].pose.position_enu_m[:2]
-    for index in range(first + 1, min(first + max_frames, len(views))):
+    last = min(first + MAX_FRAMES, len(views))
+    for index in range(first + 1, last):
         if np.linalg.norm(views[index].pose.position_enu_m[:2] - start_m) > reach_m:
             return index
-    return min(first + max_frames, len(views))
+    return last
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +28,6 @@ def write_geotiff(
     *,
     descriptions: Sequence[str],
     nodata: float | None,
-    tags: Mapping[str, str] | None = None,
 ) -> None:
     """Write a map: deflated tiles with overviews, band by band.
 
@@ -42,7 +41,6 @@ def write_geotiff(
         crs: PROJ or WKT text, see :class:`~aos_gcs.exports.georeference.Georeference`.
         descriptions: descriptions of the bands.
         nodata: value that stands for no data; None: every value is one.
-        tags: further metadata.
 
     Raises:
         ConfigurationError: if rasterio is not installed, or the file cannot be written.
@@ -74,7 +72,6 @@ def write_geotiff(
                 dataset.write(np.moveaxis(values[rows, columns], 2, 0), window=window)
             for band, description in enumerate(descriptions, start=1):
                 dataset.set_band_description(band, description)
-            dataset.update_tags(**(tags or {}))
         predictor = "FLOATING_POINT" if values.dtype.kind == "f" else "STANDARD"
         rasterio.shutil.copy(
             raw,

@@ -11,17 +11,15 @@ def connected(
     rows: NDArray[np.intp] | NDArray[np.float64],
     columns: NDArray[np.intp] | NDArray[np.float64],
     reach: float,
-    norm: float = 2.0,
 ) -> NDArray[np.intp]:
     """Return the number of the set that each cell belongs to, shape (n,); sets are numbered by their first cells.
 
     Args:
         rows: rows of the cells, shape (n,).
         columns: columns of the cells, shape (n,).
-        reach: largest distance of two cells that belong together, in cells.
-        norm: 2 for distances along straight lines, infinity for the larger of those along rows and along columns.
+        reach: largest distance of two cells that belong together, along a straight line, in cells.
     """
-    pairs = scipy.spatial.cKDTree(np.column_stack((rows, columns))).query_pairs(reach, p=norm, output_type="ndarray")
+    pairs = scipy.spatial.cKDTree(np.column_stack((rows, columns))).query_pairs(reach, output_type="ndarray")
     graph = scipy.sparse.coo_array(
         (np.ones(len(pairs), dtype=np.bool_), (pairs[:, 0], pairs[:, 1])), shape=(len(rows), len(rows))
     )

@@ -105,7 +105,6 @@ def geolocate(
     views: Sequence[BlobView],
     plane_height_m: float,
     uncertainty: Uncertainty,
-    speed_mps: float = 0.0,
     ground: Terrain | None = None,
 ) -> Geolocation:
     """Return the position of the target that these views show.
@@ -114,14 +113,12 @@ def geolocate(
         views: one per frame that marks the blob, at least one. Frames of one vehicle share its biases.
         plane_height_m: ENU height of the focal plane that the views' points lie on; the ground, but for an error.
         uncertainty: see :class:`Uncertainty`.
-        speed_mps: how fast cameras may have moved at exposure, in any horizontal direction, where views do not tell
-            more.
         ground: see :func:`locate_together`.
 
     Raises:
         ImagingError: if there is no view.
     """
-    return locate_together([views], plane_height_m, uncertainty, speed_mps, ground)[0]
+    return locate_together([views], plane_height_m, uncertainty, ground=ground)[0]
 
 
 def locate_together(

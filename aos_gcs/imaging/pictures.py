@@ -152,14 +152,13 @@ def encode_jpeg(rgba: NDArray[np.uint8]) -> bytes:
     return cv2.imencode(".jpg", bgr, _JPEG_OPTIONS)[1].tobytes()
 
 
-def shade_thermal(band: NDArray[np.float32], contrast_from: NDArray[np.bool] | None = None) -> NDArray[np.uint8]:
+def shade_thermal(band: NDArray[np.float32]) -> NDArray[np.uint8]:
     """Return temperatures, shape (H, W), as RGBA, shape (H, W, 4), from black to yellow; transparent where NaN.
 
     Args:
         band: in any unit.
-        contrast_from: cells that set the contrast, shape (H, W); None: all of them.
     """
-    return _index_thermal(band, contrast_from).rgba()
+    return _index_thermal(band, None).rgba()
 
 
 def _index_thermal(band: NDArray[np.float32], contrast_from: NDArray[np.bool] | None) -> IndexedPicture:

@@ -124,7 +124,7 @@ def histograms(factors: Mapping[str, FloatArray], *, palette: Mapping[str, str])
     return figure
 
 
-def trajectories(trace: Trace, *, title: str, trunks_enu_m: FloatArray | None = None) -> Figure:
+def trajectories(trace: Trace, *, title: str) -> Figure:
     """Paths of the drones from above, coloured by time from dark to light; a star marks the leader of each step."""
     from matplotlib import colormaps  # noqa: PLC0415 - see _figure
     from matplotlib.cm import ScalarMappable  # noqa: PLC0415
@@ -137,8 +137,6 @@ def trajectories(trace: Trace, *, title: str, trunks_enu_m: FloatArray | None = 
     followers, leaders = colormaps["viridis"], colormaps["autumn"]
     steps = len(trace.time_s)
     share = np.linspace(0.0, 0.95, steps)
-    if trunks_enu_m is not None:
-        axes.plot(*trunks_enu_m.T, ".", color="0.8", markersize=4, zorder=0)
     for drone in range(trace.positions_enu_m.shape[1]):
         path = trace.positions_enu_m[:, drone]
         segments = LineCollection(list(np.stack([path[:-1], path[1:]], axis=1)), colors=followers(share[:-1]))

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,15 +28,6 @@ MAX_SWEEPS = 50
 
 PITCH_M = 1.0
 """Spacing of the lattice, well below the distance over which views stop being alike."""
-
-
-class OracleObjective(StrEnum):
-    """Quantity that the oracle maximises."""
-
-    RATIO = "ratio"
-    """Normalised visibility: union seen over union without forest."""
-    AREA = "area"
-    """Union seen."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,7 +50,6 @@ def find_oracle(
     spacing_m: float,
     *,
     radius_m: float,
-    objective: OracleObjective = OracleObjective.RATIO,
 ) -> Oracle:
     """Return the best positions about a target for nadir cameras, one per height above the ground.
 
@@ -71,7 +60,6 @@ def find_oracle(
         heights_m: heights of the vehicles above the ground.
         spacing_m: least horizontal distance of two vehicles.
         radius_m: radius of the disc around the target for the vehicles.
-        objective: see :class:`OracleObjective`.
 
     Raises:
         ValueError: there is no room for so many vehicles at that spacing.
@@ -87,7 +75,7 @@ def find_oracle(
     )
     used = footprint.any(axis=(0, 1))
     seen, footprint = seen[..., used], footprint[..., used]
-    chosen = best_places(seen, footprint, places_enu_m, spacing_m, objective)
+    chosen = best_places(seen, footprint, places_enu_m, spacing_m)
     layers = np.arange(len(chosen))
     seen_cells = int(np.count_nonzero(seen[layers, chosen].any(axis=0)))
     footprint_cells = int(np.count_nonzero(footprint[layers, chosen].any(axis=0)))
@@ -110,7 +98,6 @@ def best_places(
     footprint: BoolArray,
     places_enu_m: NDArray[np.float64],
     spacing_m: float,
-    objective: OracleObjective = OracleObjective.RATIO,
 ) -> IntArray:
     """Return the index of the place of each layer, shape (n,).
 
@@ -119,7 +106,6 @@ def best_places(
         footprint: cells that it would see without forest, same shape.
         places_enu_m: shape (c, 2).
         spacing_m: least horizontal distance of two vehicles (c4).
-        objective: see :class:`OracleObjective`.
 
     Raises:
         ValueError: the shapes do not fit, or the places have no room for n vehicles at that spacing.
@@ -131,7 +117,7 @@ def best_places(
         )
     distances_m = np.linalg.norm(places_enu_m[:, np.newaxis] - places_enu_m, axis=-1)
     conflicts = distances_m < spacing_m * (1.0 - 1e-9)
-    search = _Search(seen, footprint, conflicts, objective)
+    search = _Search(seen, footprint, conflicts)
     solutions = [search.exchange(search.greedy(first)) for first in range(len(seen))]
     return max(solutions, key=search.value)
 
@@ -139,8 +125,8 @@ def best_places(
 class _Search:
     """Local search over one place per layer; -1 stands for none yet."""
 
-    def __init__(self, seen: BoolArray, footprint: BoolArray, conflicts: BoolArray, objective: OracleObjective) -> None:
-        self._seen, self._footprint, self._conflicts, self._objective = seen, footprint, conflicts, objective
+    def __init__(self, seen: BoolArray, footprint: BoolArray, conflicts: BoolArray) -> None:
+        self._seen, self._footprint, self._conflicts = seen, footprint, conflicts
         self._layers = np.arange(seen.shape[0])
 
     def greedy(self, first: int) -> IntArray:
@@ -166,16 +152,15 @@ class _Search:
         return float(self._scores(0, chosen)[chosen[0]])
 
     def _scores(self, layer: int, chosen: IntArray) -> NDArray[np.float64]:
-        """Return the objective for every place of a layer, the others staying where they are, shape (c,).
+        """Return the normalised visibility for every place of a layer, the others staying where they are, shape (c,).
 
         Places too near to the others have a score of minus infinity.
         """
         others = self._layers[(self._layers != layer) & (chosen >= 0)]
         seen = self._seen[others, chosen[others]].any(axis=0)
         scores: NDArray[np.float64] = np.count_nonzero(seen | self._seen[layer], axis=1).astype(np.float64)
-        if self._objective is OracleObjective.RATIO:
-            footprint = self._footprint[others, chosen[others]].any(axis=0)
-            scores /= np.maximum(np.count_nonzero(footprint | self._footprint[layer], axis=1), 1)
+        footprint = self._footprint[others, chosen[others]].any(axis=0)
+        scores /= np.maximum(np.count_nonzero(footprint | self._footprint[layer], axis=1), 1)
         scores[self._conflicts[chosen[others]].any(axis=0)] = -np.inf
         if not np.isfinite(scores).any():
             raise ValueError(

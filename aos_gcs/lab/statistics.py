@@ -115,43 +115,38 @@ class PerHectare:
         return f"{self.events} in {self.hectares:.2f} ha: {rate}"
 
 
-def mean_interval(values: FloatArray, confidence: float = CONFIDENCE) -> Interval:
+def mean_interval(values: FloatArray) -> Interval:
     """Return the mean over runs with Student's interval; a single run has an interval without bounds.
 
     Args:
         values: one number per run, shape (runs,); NaN ones are left out.
-        confidence: level of the interval.
     """
     finite = values[np.isfinite(values)]
     if not len(finite):
         return Interval(math.nan, math.nan, math.nan, 0)
     mean = float(finite.mean())
-    half = float(finite.std(ddof=1)) * _width_per_deviation(len(finite), confidence) if len(finite) > 1 else math.inf
+    half = float(finite.std(ddof=1)) * _width_per_deviation(len(finite)) if len(finite) > 1 else math.inf
     return Interval(mean, mean - half, mean + half, len(finite))
 
 
-def mean_band(curves: FloatArray, confidence: float = CONFIDENCE) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the mean over runs, and the lower and upper end of its interval, per time, each shape (times,).
+def mean_band(curves: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the mean over runs, and the lower and upper end of its interval at each time, each shape (times,).
 
     Args:
         curves: shape (runs, times), without NaN.
-        confidence: level of the interval at each time, not of the whole band.
     """
     runs = len(curves)
     mean: FloatArray = curves.mean(axis=0)
-    half = curves.std(axis=0, ddof=1) * _width_per_deviation(runs, confidence) if runs > 1 else np.zeros_like(mean)
+    half = curves.std(axis=0, ddof=1) * _width_per_deviation(runs) if runs > 1 else np.zeros_like(mean)
     return mean, mean - half, mean + half
 
 
-def paired_differences(
-    values: Mapping[str, FloatArray], reference: str, confidence: float = CONFIDENCE
-) -> tuple[PairedDifference, ...]:
+def paired_differences(values: Mapping[str, FloatArray], reference: str) -> tuple[PairedDifference, ...]:
     """Compare every variant with the reference.
 
     Args:
         values: one number per initialisation for each variant, in the same order for all, NaN where it has not run.
         reference: a key of ``values``.
-        confidence: level of the intervals.
 
     Raises:
         KeyError: there is no such reference.
@@ -161,7 +156,7 @@ def paired_differences(
     differences = [(values[name] - base)[np.isfinite(values[name] - base)] for name in variants]
     p_values = [_signed_rank(difference) for difference in differences]
     return tuple(
-        PairedDifference(name, mean_interval(difference, confidence), _share_better(difference), p_value, corrected)
+        PairedDifference(name, mean_interval(difference), _share_better(difference), p_value, corrected)
         for name, difference, p_value, corrected in zip(
             variants, differences, p_values, holm_correction(p_values), strict=True
         )
@@ -194,12 +189,12 @@ def holm_correction(p_values: Sequence[float]) -> list[float]:
 
 
 @cache
-def _width_per_deviation(runs: int, confidence: float) -> float:
+def _width_per_deviation(runs: int) -> float:
     """Half the interval's width over the standard deviation."""
     # A second to import, which only what computes intervals and tests should pay, here and below.
     from scipy import stats  # noqa: PLC0415
 
-    return float(stats.t.ppf((1.0 + confidence) / 2.0, runs - 1)) / math.sqrt(runs)
+    return float(stats.t.ppf((1.0 + CONFIDENCE) / 2.0, runs - 1)) / math.sqrt(runs)
 
 
 def _share_better(difference: FloatArray) -> float:

@@ -30,7 +30,7 @@ ORIGINS = [
 
 
 def written(path: Path, values: NDArray[np.float32], raster: MapRaster, crs: str) -> Path:
-    write_geotiff(path, values, raster, crs, descriptions=("red", "green", "blue"), nodata=np.nan, tags={"AOS": "yes"})
+    write_geotiff(path, values, raster, crs, descriptions=("red", "green", "blue"), nodata=np.nan)
     return path
 
 
@@ -62,7 +62,6 @@ def test_what_is_written_is_read_back(tmp_path: Path) -> None:
         np.testing.assert_array_equal(np.moveaxis(dataset.read(), 0, 2), values)
         assert np.isnan(dataset.nodata)
         assert dataset.descriptions == ("red", "green", "blue")
-        assert dataset.tags()["AOS"] == "yes"
         assert dataset.profile["tiled"]
         assert dataset.profile["compress"] == "deflate"
         assert dataset.tags(ns="IMAGE_STRUCTURE")["LAYOUT"] == "COG"

@@ -123,14 +123,14 @@ def test_frames_of_one_vehicle_share_its_biases() -> None:
 def test_a_moving_camera_adds_its_clock() -> None:
     views = [exact_view(1, nadir_pose([0.0, 0.0, 35.0]), (0.0, 0.0, 0.0))]
     settings = dataclasses.replace(PERFECT, clock_s=0.03, target_extent_m=1e-4)
-    assert geolocate(views, 0.0, settings, speed_mps=5.0).random_m2[1, 1] == pytest.approx(0.15**2, rel=1e-3)
+    assert locate_together([views], 0.0, settings, 5.0)[0].random_m2[1, 1] == pytest.approx(0.15**2, rel=1e-3)
 
 
 def test_a_frame_that_tells_how_well_it_knows_its_time_weighs_by_that() -> None:
     pose = nadir_pose([0.0, 0.0, 35.0])
     views = [exact_view(number, pose, (1.0, 2.0, 0.6)) for number in (1, 2)]
     told = [dataclasses.replace(view, time_sigma_s=sigma_s) for view, sigma_s in zip(views, (0.3, 0.02), strict=True)]
-    (one, other) = (geolocate([view], 0.0, Uncertainty(), speed_mps=5.0).random_m2[0, 0] for view in told)
+    (one, other) = (locate_together([[view]], 0.0, Uncertainty(), 5.0)[0].random_m2[0, 0] for view in told)
     assert one - other == pytest.approx(5.0**2 * (0.3**2 - 0.02**2))
 
 

@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from aos_gcs.groundmap.figures import ViewRaster
+from aos_gcs.planning import leg_order
 from aos_gcs.planning.estimate import planned_legs
 from aos_gcs.planning.gaps import find_gap_legs
-from aos_gcs.planning import leg_order
 from aos_gcs.planning.leg_order import Chances, chances_of, order_legs
 from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.plan import MissionPlan

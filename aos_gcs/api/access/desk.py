@@ -36,11 +36,11 @@ class AccountDesk:
     def _file(self) -> AccountFile:
         return self.sessions.file
 
-    async def note(self, kind: SignInKind, name: str, address: str, detail: str = "") -> None:
+    async def note(self, kind: SignInKind, name: str, address: str) -> None:
         """Write an entry to the log; a disk that hangs keeps nobody waiting."""
         with suppress(TimeoutError):
             async with asyncio.timeout(_WRITTEN_WITHIN_S):
-                await asyncio.to_thread(self._write, kind, name, address, detail)
+                await asyncio.to_thread(self._write, kind, name, address)
 
     async def note_locked(self, name: str, address: str) -> None:
         """Write an entry about a password that was not compared, unless there was one a moment ago."""

@@ -18,7 +18,7 @@ SIGMA_PER_MAD = 1.4826
 """Standard deviation of a Gaussian in units of its median absolute deviation."""
 
 
-def warm_scores(thermal: Pixels, block_px: int = BLOCK_PX) -> NDArray[np.float32]:
+def warm_scores(thermal: Pixels) -> NDArray[np.float32]:
     """Return how much warmer each pixel is than the background, in squares of the robust standard deviation.
 
     The background is interpolated between medians of blocks, smoothed by a median of 3 x 3 blocks (Bertin and Arnouts,
@@ -27,7 +27,6 @@ def warm_scores(thermal: Pixels, block_px: int = BLOCK_PX) -> NDArray[np.float32
 
     Args:
         thermal: one band, shape (H, W), any real type; what is not finite takes no part.
-        block_px: edge of the blocks.
 
     Returns:
         Scores, shape (H, W); NaN where the band is not finite.
@@ -40,7 +39,7 @@ def warm_scores(thermal: Pixels, block_px: int = BLOCK_PX) -> NDArray[np.float32
     memory = borrow(*plane.shape)
     # Without the median, 16-bit values keep their digits.
     plane -= _median(plane, finite, memory)
-    residual = np.subtract(plane, _background(plane, finite, block_px, memory), out=plane)
+    residual = np.subtract(plane, _background(plane, finite, memory), out=plane)
     sigma = SIGMA_PER_MAD * float(_median(np.abs(residual, out=memory), finite, memory))
     give_back(memory)
     if sigma == 0.0:
@@ -71,11 +70,11 @@ def _median(plane: NDArray[np.float32], finite: NDArray[np.bool_] | None, memory
 
 
 def _background(
-    plane: NDArray[np.float32], finite: NDArray[np.bool_] | None, block_px: int, memory: NDArray[np.float32]
+    plane: NDArray[np.float32], finite: NDArray[np.bool_] | None, memory: NDArray[np.float32]
 ) -> NDArray[np.float32]:
     """Return the background of a plane, in some memory of its shape."""
     height, width = plane.shape
-    rows, columns = max(1, round(height / block_px)), max(1, round(width / block_px))
+    rows, columns = max(1, round(height / BLOCK_PX)), max(1, round(width / BLOCK_PX))
     row_edges = np.linspace(0, height, rows + 1).astype(int)
     column_edges = np.linspace(0, width, columns + 1).astype(int)
     if finite is None:

@@ -106,13 +106,12 @@ class WarmView:
         )
 
 
-def warm_view(frame: Frame, plane_height_m: float = 0.0, min_contrast_k: float = MIN_CONTRAST_K) -> WarmView:
+def warm_view(frame: Frame, plane_height_m: float = 0.0) -> WarmView:
     """Return the warm pixels of a frame, possibly none.
 
     Args:
         frame: frame with a band ``thermal`` in degrees Celsius.
         plane_height_m: ENU height of the focal plane. Pixels that do not look at it are left out.
-        min_contrast_k: smallest contrast above the frame's median.
 
     Raises:
         ImagingError: if the frame has no thermal band.
@@ -121,7 +120,7 @@ def warm_view(frame: Frame, plane_height_m: float = 0.0, min_contrast_k: float =
         raise ImagingError(f"Warm bodies need a band 'thermal', but the frame has {', '.join(frame.bands)}.")
     thermal = restored(frame.image[..., frame.bands.index("thermal")])
     contrast_k = thermal.image - np.nanmedian(thermal.image[::_BACKGROUND_STRIDE, ::_BACKGROUND_STRIDE])
-    view = view_above(frame, contrast_k, min_contrast_k, plane_height_m)
+    view = view_above(frame, contrast_k, MIN_CONTRAST_K, plane_height_m)
     return replace(view, out_of_focus=thermal.out_of_focus)
 
 
@@ -160,12 +159,11 @@ def view_above(
     return view.part(~np.isnan(points_enu_m[:, 0]))
 
 
-def warm_bodies(views: Sequence[WarmView], link_m: float = LINK_M) -> tuple[tuple[WarmView, ...], ...]:
+def warm_bodies(views: Sequence[WarmView]) -> tuple[tuple[WarmView, ...], ...]:
     """Return the views of each warm body: pixels that lie near one another on the focal plane, whatever the frame.
 
     Args:
         views: views of one step or several.
-        link_m: largest gap within a body.
 
     Returns:
         Per body the parts of the views that show it; the body with the most pixels first.
@@ -173,7 +171,7 @@ def warm_bodies(views: Sequence[WarmView], link_m: float = LINK_M) -> tuple[tupl
     if not views:
         return ()
     points_enu_m = np.concatenate([view.points_enu_m for view in views])
-    body_of_point = _linked(points_enu_m, link_m)
+    body_of_point = _linked(points_enu_m)
     sizes = np.bincount(body_of_point)
     rank_of_body = np.argsort(np.argsort(-sizes, kind="stable"), kind="stable")
     bodies: list[list[WarmView]] = [[] for _ in sizes]
@@ -201,7 +199,7 @@ def _grouped(labels: NDArray[np.intp]) -> list[tuple[int, NDArray[np.intp]]]:
     return [(int(labels[rows[0]]), rows) for rows in np.split(order, starts)[1:]]
 
 
-def _linked(points_m: NDArray[np.float64], link_m: float) -> NDArray[np.intp]:
+def _linked(points_m: NDArray[np.float64]) -> NDArray[np.intp]:
     """Return the number of the group that each point belongs to, shape (n,)."""
     if not len(points_m):
         return np.empty(0, np.intp)
@@ -211,4 +209,4 @@ def _linked(points_m: NDArray[np.float64], link_m: float) -> NDArray[np.intp]:
     # One integer per cell: rows of numbers are compared under the interpreter's lock, which stops every other thread.
     keys, cell_of_point = np.unique(column * len(north) + row, return_inverse=True)
     rows, columns = north[keys % len(north)], east[keys // len(north)]
-    return connected(rows, columns, link_m / _CELL_M)[cell_of_point]
+    return connected(rows, columns, LINK_M / _CELL_M)[cell_of_point]

@@ -65,7 +65,6 @@ def masks_around(
     centre_enu_m: Sequence[float],
     grid: FocalGrid,
     marks: Sequence[Marks],
-    half_width_m: float = MASK_HALF_WIDTH_M,
 ) -> VehicleMasks:
     """Return the part of the vehicles' masks that lies in a square window around a point of the grid.
 
@@ -73,11 +72,10 @@ def masks_around(
         centre_enu_m: point on the grid.
         grid: raster of the marks.
         marks: cells that each vehicle marks.
-        half_width_m: half the edge of the window, which also ends where the grid does.
     """
     column = (centre_enu_m[0] - grid.west_m) / grid.resolution_m
     row = (grid.north_m - centre_enu_m[1]) / grid.resolution_m
-    half = half_width_m / grid.resolution_m
+    half = MASK_HALF_WIDTH_M / grid.resolution_m
     first_row, end_row = max(0, math.floor(row - half)), min(grid.rows, math.ceil(row + half))
     first_column, end_column = max(0, math.floor(column - half)), min(grid.columns, math.ceil(column + half))
     marked = np.zeros((len(marks), end_row - first_row, end_column - first_column), dtype=np.bool_)

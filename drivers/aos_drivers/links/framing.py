@@ -121,9 +121,9 @@ def _fill_in_sender(message: mavlink.MAVLink_unknown) -> None:
     header.seq, header.srcSystem, header.srcComponent = packet[start : start + 3]
 
 
-def is_signed(data: bytes | bytearray, start: int = 0) -> bool:
-    """Whether the packet at ``start``, of three bytes or more, says that a signature ends it."""
-    return bool(data[start] == _V2 and data[start + 2] & _SIGNED != 0)
+def is_signed(data: bytes | bytearray) -> bool:
+    """Whether a packet, of three bytes or more, says that a signature ends it."""
+    return bool(data[0] == _V2 and data[2] & _SIGNED != 0)
 
 
 def without_signature(message: mavlink.MAVLink_message) -> bytes:

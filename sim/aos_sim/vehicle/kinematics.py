@@ -87,7 +87,6 @@ def read_kinematics(
     process: PositionProcess | None = None,
     attitudes: AttitudeProcess | None = None,
     *,
-    default: PositionErrors = RTK.position,
     relief: Relief | None = None,
 ) -> list[Kinematics]:
     """Return what each vehicle's sensors say of the true state; without errors where there is no ``process``.
@@ -97,7 +96,6 @@ def read_kinematics(
         frame: local frame of the world.
         process: errors of the positions.
         attitudes: errors of the attitudes.
-        default: sizes that are reported where there is no process.
         relief: shape of the ground; None: the plane z = 0.
     """
     true_table = GeodeticTable(state.position_enu_m, frame)
@@ -108,7 +106,7 @@ def read_kinematics(
         barometer_up_m = barometer_up_m + process.barometer_m
         table = GeodeticTable(believed_enu_m, frame)
         receiver_table = GeodeticTable(state.position_enu_m + process.receiver_enu_m, frame)
-    errors = default if process is None else process.sizes
+    errors = RTK.position if process is None else process.sizes
     attitude_rad = state.attitude_rad if attitudes is None else _believed(state.attitude_rad, attitudes)
     rows = zip(
         believed_enu_m.tolist(),
