@@ -19,6 +19,7 @@ from aos_gcs.api.events.hub import EventHub
 from aos_gcs.api.once import Once
 from aos_gcs.api.relief_maps import ReliefMaps
 from aos_gcs.errors import MissionError
+from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.handover.model import HandoverControl
 from aos_gcs.mission.control import FindingCommands, MissionCommands, MissionView, ReplayControl
 from aos_gcs.mission.model.actions import Seen
@@ -29,6 +30,18 @@ from aos_gcs.wall.board import Wall
 from aos_gcs.wall.video import VideoControl
 
 _SEEN = "State of the mission by which this command is given: `seen` of an event, or this header of GET /api/mission."
+
+
+def known_origin(mission: MissionView) -> GeodeticPosition:
+    """Return the mission's origin.
+
+    Raises:
+        MissionError: it is not known yet.
+    """
+    origin = mission.snapshot().origin
+    if origin is None:
+        raise MissionError("The mission's origin is not known yet: wait until a vehicle has reported its home.")
+    return origin
 
 
 def _get_mission(connection: HTTPConnection) -> MissionView:

@@ -76,6 +76,16 @@ def clear_of_trunks(
     return np.asarray(places_m[int(np.argmax(np.minimum(clearance_m, TRUNK_CLEARANCE_M)))])
 
 
+def free_place(
+    rng: np.random.Generator, middle_enu_m: NDArray[np.float64], reach_m: float, trunks_enu_m: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return a random place beside the trees, shape (2,), at most ``reach_m`` from the middle on both axes."""
+    while True:
+        place_m = middle_enu_m + rng.uniform(-reach_m, reach_m, 2)
+        if not len(trunks_enu_m) or np.linalg.norm(trunks_enu_m - place_m, axis=1).min() >= TRUNK_CLEARANCE_M:
+            return np.asarray(place_m)
+
+
 def _heading_rad(direction_enu: NDArray[np.float64]) -> float:
     return math.atan2(direction_enu[0], direction_enu[1])
 

@@ -7,11 +7,11 @@ from typing import Annotated, Any, Literal
 from fastapi import APIRouter, Path, Query, Request, Response
 
 from aos_gcs.api.convert import findings as convert
-from aos_gcs.api.dependencies import CurrentSession, FindingChanges, Mission, viewer_of
+from aos_gcs.api.dependencies import CurrentSession, FindingChanges, Mission, known_origin, viewer_of
 from aos_gcs.api.errors import NotFoundError
 from aos_gcs.api.models.base import ErrorModel
 from aos_gcs.api.models.findings import FindingChangeRequest, FindingModel, FindingRequest
-from aos_gcs.errors import InputDataError, MissionError
+from aos_gcs.errors import InputDataError
 from aos_gcs.exports.finding_files import FORMATS, PlacedFinding
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.mission.control import MissionView
@@ -38,7 +38,7 @@ async def add_finding(
     body: FindingRequest, mission: Mission, commands: FindingChanges, session: CurrentSession
 ) -> FindingModel:
     """Mark a place by hand."""
-    origin = _origin(mission)
+    origin = known_origin(mission)
     place = GeodeticPosition(body.latitude_deg, body.longitude_deg, origin.altitude_amsl_m)
     east_m, north_m, _ = map(float, LocalFrame(origin).to_enu(place))
     if max(abs(east_m), abs(north_m)) > MAX_DISTANCE_M:
@@ -101,7 +101,7 @@ async def read_thumbnail(
 @router.get(".{suffix}", response_class=Response, responses={409: {"model": ErrorModel}})
 async def export(suffix: Literal["geojson", "kml", "gpx"], mission: Mission) -> Response:
     """Return all findings as a file."""
-    origin = _origin(mission)
+    origin = known_origin(mission)
     frame = LocalFrame(origin)
     snapshot = mission.snapshot()
     placed = [
@@ -110,13 +110,6 @@ async def export(suffix: Literal["geojson", "kml", "gpx"], mission: Mission) -> 
     media_type, write = FORMATS[suffix]
     headers = {"Content-Disposition": f'attachment; filename="findings.{suffix}"'}
     return Response(write(placed), media_type=media_type, headers=headers)
-
-
-def _origin(mission: MissionView) -> GeodeticPosition:
-    origin = mission.snapshot().origin
-    if origin is None:
-        raise MissionError("The mission's origin is not known yet: wait until a vehicle has reported its home.")
-    return origin
 
 
 def _find(mission: MissionView, finding_id: int) -> Finding:

@@ -6,15 +6,14 @@ from typing import Final
 
 from fastapi import APIRouter, Request, Response
 
-from aos_gcs.api.dependencies import Mission, viewer_of
+from aos_gcs.api.dependencies import Mission, known_origin, viewer_of
 from aos_gcs.api.errors import NotFoundError
 from aos_gcs.api.models.base import ErrorModel
-from aos_gcs.errors import ConfigurationError, InputDataError, MissionError
+from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.exports.finding_files import FORMATS, PlacedFinding
 from aos_gcs.exports.kmz import MEDIA_TYPE, to_kmz
 from aos_gcs.exports.live_kml import live_kml, network_link
-from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
-from aos_gcs.mission.control import MissionView
+from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.mission.model.findings import Finding
 from aos_gcs.mission.viewing import ViewKind, ViewWindow
 
@@ -29,7 +28,7 @@ _KML: Final = FORMATS["kml"][0]
 @router.get("/live.kml", response_class=Response, responses={409: {"model": ErrorModel}})
 async def read_live(mission: Mission) -> Response:
     """Return vehicles, search area, legs flown and findings as KML."""
-    origin = _origin(mission)
+    origin = known_origin(mission)
     return Response(live_kml(mission.snapshot(), origin), media_type=_KML, headers={"Cache-Control": "no-cache"})
 
 
@@ -46,7 +45,7 @@ async def read_network_link(request: Request, mission: Mission) -> Response:
 @router.get("/findings.kmz", response_class=Response, responses={409: {"model": ErrorModel}})
 async def export_kmz(request: Request, mission: Mission) -> Response:
     """Return all findings with their pictures, those of the last steps that show them."""
-    origin, snapshot = _origin(mission), mission.snapshot()
+    origin, snapshot = known_origin(mission), mission.snapshot()
     findings, start_utc_s = snapshot.findings, snapshot.started_utc_s
     frame = LocalFrame(origin)
     placed = [PlacedFinding(one, frame.to_geodetic(one.position_enu_m), start_utc_s) for one in findings]
@@ -70,10 +69,3 @@ async def _pictures(request: Request, finding: Finding) -> dict[str, bytes]:
             continue  # Not recorded, or a camera without this band.
         found[kind.value] = view.data
     return found
-
-
-def _origin(mission: MissionView) -> GeodeticPosition:
-    origin = mission.snapshot().origin
-    if origin is None:
-        raise MissionError("The mission's origin is not known yet: wait until a vehicle has reported its home.")
-    return origin

@@ -22,8 +22,8 @@ from aos_gcs.geometry.projection import plane_to_image
 from aos_gcs.imaging.model import Frame
 from aos_gcs.imaging.step.examination import examine
 from aos_gcs.imaging.step.settings import ImagingSettings
-from aos_gcs.lab.walk import TRUNK_CLEARANCE_M
-from aos_gcs.lab.worlds import Posture, Target, TargetViews, World, WorldParameters, build_world
+from aos_gcs.lab.walk import free_place
+from aos_gcs.lab.worlds import Posture, Target, TargetViews, WorldParameters, build_world
 
 BANDS: Final = ("red", "green", "blue", "thermal")
 _SIDE_M = 80.0
@@ -108,7 +108,7 @@ def _persons(settings: DetectabilitySettings, key: ForestKey) -> Iterator[Watche
     camera = CameraModel.from_fov(512, 512, _FOV_RAD)
     imaging = ImagingSettings()
     for number in range(settings.places):
-        place_m = _place(world, rng)
+        place_m = free_place(rng, world.area_enu_m.mean(axis=0), _PLACES_M, world.trunks_enu_m)
         tangents = _directions(rng, settings.views, along_line=number % 2 == 1)
         for posture in Posture:
             target = Target((float(place_m[0]), float(place_m[1])), float(rng.uniform(0.0, 2.0 * math.pi)), posture)
@@ -129,16 +129,6 @@ def _persons(settings: DetectabilitySettings, key: ForestKey) -> Iterator[Watche
                 whole_m2=tuple(float(one) * cell_m2 for one in shown.unoccluded.sum(axis=(1, 2))),
                 cell_m2=cell_m2,
             )
-
-
-def _place(world: World, rng: np.random.Generator) -> NDArray[np.float64]:
-    """Return a place beside the trees, shape (2,)."""
-    middle_m = world.area_enu_m.mean(axis=0)
-    while True:
-        place_m = middle_m + rng.uniform(-_PLACES_M, _PLACES_M, 2)
-        trunks_m = world.trunks_enu_m
-        if not len(trunks_m) or np.linalg.norm(trunks_m - place_m, axis=1).min() >= TRUNK_CLEARANCE_M:
-            return np.asarray(place_m)
 
 
 def _directions(rng: np.random.Generator, views: int, *, along_line: bool) -> NDArray[np.float64]:

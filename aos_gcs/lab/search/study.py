@@ -38,7 +38,7 @@ from aos_gcs.lab.search.model import (
 )
 from aos_gcs.lab.search.paths import SearchFlight, flown_plan, fly_legs
 from aos_gcs.lab.search.persons import person_about_a_point, person_anywhere
-from aos_gcs.lab.walk import TRUNK_CLEARANCE_M
+from aos_gcs.lab.walk import free_place
 from aos_gcs.lab.worlds import Target, World, WorldParameters, build_world
 from aos_gcs.planning.expected_views import forest_directions
 from aos_gcs.planning.plan import MissionPlan
@@ -59,7 +59,7 @@ def search_for_person(settings: SearchStudySettings, key: SearchKey) -> SearchRe
     """Search for the person of a key by all methods; equal arguments give equal results."""
     rng = np.random.default_rng([key.seed, round(key.trees_per_ha), 16])
     world = build_world(WorldParameters(seed=key.seed, trees_per_ha=key.trees_per_ha, side_m=_PATCH_M))
-    place_m = _free_place(world, rng)
+    place_m = free_place(rng, world.area_enu_m.mean(axis=0), _PLACES_M, world.trunks_enu_m)
     target = Target((float(place_m[0]), float(place_m[1])), float(rng.uniform(0.0, math.tau)), settings.posture)
     outcomes: list[SearchOutcome] = []
     for hectares in settings.hectares:
@@ -215,16 +215,6 @@ class _Watch:
             if len(marked) * shown.resolution_m**2 >= self._threshold_m2:
                 return float(time_s)
         return None
-
-
-def _free_place(world: World, rng: np.random.Generator) -> FloatArray:
-    """Return a place beside the trees, shape (2,)."""
-    middle_m = world.area_enu_m.mean(axis=0)
-    while True:
-        place_m = middle_m + rng.uniform(-_PLACES_M, _PLACES_M, 2)
-        trunks_m = world.trunks_enu_m
-        if not len(trunks_m) or np.linalg.norm(trunks_m - place_m, axis=1).min() >= TRUNK_CLEARANCE_M:
-            return np.asarray(place_m)
 
 
 @lru_cache(maxsize=1)

@@ -17,6 +17,7 @@ import numpy as np
 
 from aos_gcs.errors import CaptureError, NoIntervalError
 from aos_gcs.mission.context import FlightContext
+from aos_gcs.mission.fleet import motion
 from aos_gcs.mission.fleet.roster import Member
 from aos_gcs.mission.handler_watch import sign_of_life, unwatched
 from aos_gcs.mission.search.camera_pace import CameraPace
@@ -197,7 +198,7 @@ class Exposures:
     async def _take_interval(self, member: Member) -> None:
         """Have the camera take images by itself, and return when it does not, or no longer."""
         clock, settings = self._context.clock, self._context.settings
-        speeds_mps = deque([_speed_mps(member)], maxlen=_KEPT_SPEEDS)
+        speeds_mps = deque([motion.speed_mps(member)], maxlen=_KEPT_SPEEDS)
         try:
             async with member.vehicle.interval(self._period_s, clock.now_s() + _START_S) as images:
                 while self._takes_interval(member):
@@ -206,7 +207,7 @@ class Exposures:
                         self._pace.note_image(member.vehicle_id, clock.now_s())
                         self._check_placed(member)
                         # It was exposed a while ago, at a speed that has passed.
-                        speeds_mps.append(_speed_mps(member))
+                        speeds_mps.append(motion.speed_mps(member))
                         self._keep(self._checked(member, capture, max(speeds_mps)))
                     except NoIntervalError:
                         raise
@@ -242,7 +243,7 @@ class Exposures:
             CaptureError: it did not come, or its pose cannot be trusted.
         """
         self._check_placed(member)
-        speed_mps = _speed_mps(member)
+        speed_mps = motion.speed_mps(member)
         deadline_s = self._context.clock.now_s() + self._context.settings.deadlines.capture_s
         capture = await member.vehicle.capture(deadline_s)
         self._pace.note_image(member.vehicle_id, self._context.clock.now_s())
@@ -296,11 +297,6 @@ class Exposures:
                 text = "Frames come faster than this station analyses them: the oldest are left out"
                 self._context.journal.notice(Severity.WARNING, text)
         queue.append(exposed)
-
-
-def _speed_mps(member: Member) -> float:
-    velocity_enu_mps = member.state.velocity_enu_mps
-    return 0.0 if velocity_enu_mps is None else float(np.linalg.norm(velocity_enu_mps))
 
 
 @asynccontextmanager
