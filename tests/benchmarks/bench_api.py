@@ -32,6 +32,7 @@ from aos_gcs.mission.model.actions import Action
 from tests.benchmarks.figures import report
 from tests.fakes.mavlink_vehicle import FakeVehicle
 from tests.fakes.mission import ScriptedMission
+from tests.fakes.program import unused_port
 
 RATE_HZ = 5.0
 CLIENTS = 10
@@ -148,7 +149,7 @@ async def until_seen(websocket: ClientConnection, latitude_deg: float) -> None:
 
 async def measure(vehicles: int, seconds: float, folder: Path) -> None:
     """Print the figures."""
-    link_port, api_port = free_port(socket.SOCK_DGRAM), free_port(socket.SOCK_STREAM)
+    link_port, api_port = unused_port(), unused_port(socket.SOCK_STREAM)
     file = folder / "mission.toml"
     # It waits for one more: preflight would ask these vehicles for what they cannot answer.
     settings = {"link_port": link_port, "expected": vehicles + 1, "api_port": api_port, "folder": folder}
@@ -222,14 +223,6 @@ async def until_listening(port: int) -> None:
             else:
                 writer.close()
                 return
-
-
-def free_port(kind: socket.SocketKind) -> int:
-    """Return a port that nobody uses."""
-    with socket.socket(socket.AF_INET, kind) as probe:
-        probe.bind(("127.0.0.1", 0))
-        port: int = probe.getsockname()[1]
-        return port
 
 
 def main(arguments: Sequence[str]) -> None:

@@ -41,6 +41,7 @@ from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.runtime.service import open_service
 from tests.benchmarks.bench_flood import HOST, FlyingVehicle
 from tests.benchmarks.figures import report
+from tests.fakes.program import unused_port
 
 ATTACKERS = 5
 ADDRESSES = 200
@@ -103,12 +104,7 @@ def assail(link: socket.socket | None, index: int, port: int, number: int) -> so
 
 async def main(connections: int, duration_s: float, folder: Path) -> None:
     """Print the figures without and with the attack."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind((HOST, 0))
-        link_port = probe.getsockname()[1]
-    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
-        probe.bind((HOST, 0))
-        port = probe.getsockname()[1]
+    link_port, port = unused_port(), unused_port(socket.SOCK_STREAM)
     (folder / "code.txt").write_text(CODE, encoding="utf-8")
     config = parse_config(
         {

@@ -14,7 +14,6 @@ import asyncio
 import math
 import multiprocessing
 import os
-import socket
 import sys
 import tempfile
 import time
@@ -58,18 +57,13 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from tests.benchmarks.bench_imaging import make_frames, whole_step
 from tests.benchmarks.figures import report
 from tests.benchmarks.fleet_vehicles import HOST, chatter, hover, other_process, simulate
+from tests.fakes.program import unused_port
 
 ANSWER_S = 0.3
 """After which a vehicle acknowledges, in the comparison with mavsdk."""
 CODE = "larch-and-spruce"
 LAYER_M, SPACING_M = 8.0, 2.0
 COMMANDS = (mavlink.MAVLINK_MSG_ID_COMMAND_LONG, mavlink.MAVLINK_MSG_ID_COMMAND_INT)
-
-
-def free_port() -> int:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind((HOST, 0))
-        return int(probe.getsockname()[1])
 
 
 @asynccontextmanager
@@ -111,7 +105,7 @@ def commands_on_the_wire() -> Iterator[dict[object, float]]:
 
 async def goto(rounds: int, count: int = 50) -> None:
     """Time from the strategy's ask to the last waypoint handed to the socket, all of them vetted."""
-    port, arrivals = free_port(), multiprocessing.Queue()
+    port, arrivals = unused_port(), multiprocessing.Queue()
     with other_process(hover, port, count, 0, 0.0, arrivals):
         async with fleet_of(port, count) as (fleet, clock):
             roster = Roster(fleet, clock)
@@ -165,7 +159,7 @@ async def silent(rounds: int, healthy: int = 14, mute: int = 6) -> None:
 
 
 async def _silent_ours(rounds: int, count: int, mute: int) -> float:
-    port, arrivals = free_port(), multiprocessing.Queue()
+    port, arrivals = unused_port(), multiprocessing.Queue()
     worst_ms = []
     with other_process(hover, port, count, mute, ANSWER_S, arrivals):
         async with fleet_of(port, count) as (fleet, clock):
@@ -191,7 +185,7 @@ async def _silent_mavsdk(count: int, mute: int) -> float:
     from mavsdk.asyncio import ComponentType, Configuration, Mavsdk  # noqa: PLC0415 - an optional peer
     from mavsdk.asyncio.plugins.action import ActionAsync, ActionError  # noqa: PLC0415
 
-    port, arrivals = free_port(), multiprocessing.Queue()
+    port, arrivals = unused_port(), multiprocessing.Queue()
     with other_process(hover, port, count, mute, ANSWER_S, arrivals):
         core = Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION))
         await core.add_any_connection(f"udpin://{HOST}:{port}")
@@ -224,7 +218,7 @@ def _last_healthy_ms(arrivals: multiprocessing.Queue[tuple[int, float]], start_s
 
 async def hold(rounds: int, count: int = 20) -> None:
     """Time from the operator's hold of all, in the middle of a procedure, to the wire and to the last mode shown."""
-    port = free_port()
+    port = unused_port()
     with other_process(simulate, port, count):
         async with _mission(port, count, auto_start=True) as (mission, _):
             await _until(lambda: mission.phase is Phase.LINE)
@@ -249,7 +243,7 @@ async def hold(rounds: int, count: int = 20) -> None:
 
 async def click(rounds: int, count: int = 20) -> None:
     """Time from an operator's request to the dashboard, in its own process, to the last hold on the wire."""
-    port = free_port()
+    port = unused_port()
     with other_process(simulate, port, count), tempfile.TemporaryDirectory() as folder:
         config = ApiConfig(port=0, plans_folder=Path(folder) / "plans")
         start = ApiStart(config, CODE, Path(folder), Path(folder) / "m")
@@ -298,7 +292,7 @@ def analyse_images() -> None:
 
 async def memory(minutes: float, count: int = 100, rate_hz: float = 20.0) -> None:
     """Growth of our process with vehicles that send all the time and a mission that watches them."""
-    port = free_port()
+    port = unused_port()
     with other_process(chatter, port, count, rate_hz):
         async with _mission(port, count, auto_start=False) as (mission, recorder):
             await _until(lambda: len(mission.view.snapshot().vehicles) == count)

@@ -34,6 +34,7 @@ from tests.fakes.mavlink_vehicle import FakeVehicle
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from tests.benchmarks.figures import report
+from tests.fakes.program import unused_port
 
 SPAWN = multiprocessing.get_context("spawn")
 HOST = "127.0.0.1"
@@ -77,12 +78,6 @@ def send_telemetry(port: int, load: Load, is_signed: bool, begun: Event) -> None
         link.close()
 
 
-def free_port() -> int:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind((HOST, 0))
-        return int(probe.getsockname()[1])
-
-
 async def measure_lag(lags_s: list[float]) -> None:
     while True:
         before_s = time.perf_counter()
@@ -112,7 +107,7 @@ async def driver_share(load: Load, folder: Path, lags_s: list[float] | None = No
     key_file = folder / "key"
     key_file.touch(mode=0o600)
     key_file.write_bytes(KEY)
-    port = free_port()
+    port = unused_port()
     context = DriverContext(LoopClock(), lambda: True, lambda _notice: None, log_folder=folder)
     async with open_mavlink([f"udpin://{HOST}:{port}?sign={key_file}"], context) as fleet:
         lag = None if lags_s is None else asyncio.create_task(measure_lag(lags_s))

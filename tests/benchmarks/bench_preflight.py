@@ -28,8 +28,9 @@ from aos_gcs.mission.control import MissionView
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.runtime.service import open_service
-from tests.benchmarks.bench_api import Fleet, follow, free_port
+from tests.benchmarks.bench_api import Fleet, follow
 from tests.benchmarks.figures import report
+from tests.fakes.program import unused_port
 
 PROBE_S = 0.01
 SETTLING_S = 3.0
@@ -61,7 +62,7 @@ async def until_preflight(mission: MissionView) -> None:
 
 async def measure(vehicles: int, seconds: float, folder: Path, profile: cProfile.Profile | None) -> None:
     """Print the figures."""
-    link_port, api_port = free_port(socket.SOCK_DGRAM), free_port(socket.SOCK_STREAM)
+    link_port, api_port = unused_port(), unused_port(socket.SOCK_STREAM)
     config = parse_config(
         {
             "link": {"urls": [f"udpin://127.0.0.1:{link_port}"]},

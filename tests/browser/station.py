@@ -13,7 +13,7 @@ from playwright.async_api import Page, expect
 
 from tests.browser.conftest import OPERATOR_CODE
 from tests.browser.pages import confirm, hold, sign_in
-from tests.fakes.program import Program, running
+from tests.fakes.program import Program, running, unused_port
 from tests.timing import scaled_s
 
 SPEED = 5.0
@@ -63,13 +63,6 @@ folder = "{folder}/missions"
 """What takes real time, such as rendering, has deadlines in real time: the clock's seconds pass faster."""
 
 
-def _free_port(kind: socket.SocketKind) -> int:
-    with socket.socket(socket.AF_INET, kind) as probe:
-        probe.bind(("127.0.0.1", 0))
-        port: int = probe.getsockname()[1]
-    return port
-
-
 @dataclass
 class Station:
     """What stays when the service is ended and started anew: mission file, ports, the operators' code, the records."""
@@ -78,8 +71,8 @@ class Station:
     vehicles: int
     no_go_enu_m: tuple[tuple[tuple[float, float], ...], ...] = ()
     area_enu_m: tuple[tuple[float, float], ...] = AREA_ENU_M
-    port: int = field(default_factory=lambda: _free_port(socket.SOCK_STREAM))
-    link_port: int = field(default_factory=lambda: _free_port(socket.SOCK_DGRAM))
+    port: int = field(default_factory=lambda: unused_port(socket.SOCK_STREAM))
+    link_port: int = field(default_factory=unused_port)
     _starts: int = 0
 
     @property

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import math
-import socket
 from collections.abc import AsyncIterator, Callable
 from contextlib import AbstractAsyncContextManager, asynccontextmanager
 from dataclasses import dataclass, field
@@ -24,6 +23,7 @@ from aos_sim.swarm import SimulatedSwarm, SwarmOptions
 from tests.fakes.air import GCS, HOST, Air
 from tests.fakes.air_flight import IMAGE_SIZE_PX, simulated
 from tests.fakes.fleet import FRAME, FakeFleet, FakeVehicle
+from tests.fakes.program import unused_port
 from tests.fakes.sim_errors import POSITIONS_ERR
 from tests.timing import patience
 
@@ -233,9 +233,7 @@ async def _connect_over_udp(
 ) -> AsyncIterator[tuple[Fleet, SimulatedSwarm, int]]:
     """Open the driver with MAVSDK, whose own threads know no virtual time."""
     pytest.importorskip("mavsdk", reason="needs the optional library mavsdk")
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind((HOST, 0))
-        port = probe.getsockname()[1]
+    port = unused_port()
     link = f"udpout://{HOST}:{port}"
     patient = PATIENT[options["autopilot"]]
     swarm_options = SwarmOptions(

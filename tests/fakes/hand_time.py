@@ -1,6 +1,10 @@
-"""A clock of real seconds that a test moves."""
+"""Times that a test moves: real seconds, and those of the event loop."""
 
 from __future__ import annotations
+
+import asyncio
+
+import pytest
 
 
 class HandTime:
@@ -11,3 +15,10 @@ class HandTime:
 
     def __call__(self) -> float:
         return self.now_s
+
+
+def stand_still(monkeypatch: pytest.MonkeyPatch, duration_s: float) -> None:
+    """Let time pass at once, as when something blocks the loop."""
+    loop = asyncio.get_running_loop()
+    time = loop.time
+    monkeypatch.setattr(loop, "time", lambda: time() + duration_s)

@@ -21,6 +21,7 @@ from aos_gcs.mission.former_flight import FormerFlight
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal
 from aos_gcs.mission.model.actions import ActionRecord
+from aos_gcs.mission.model.checks import PreflightCheck
 from aos_gcs.mission.model.decisions import ConclusionRecord, DecisionRecord, SearchRecord
 from aos_gcs.mission.model.events import Event
 from aos_gcs.mission.model.phase import Outcome, OutcomeRecord
@@ -37,8 +38,8 @@ from aos_gcs.planning.settings import (
     SearchMode,
     SearchSettings,
 )
-from aos_gcs.ports import Capture, LandedState, Worker
-from tests.fakes.fleet import ORIGIN, FakeFleet
+from aos_gcs.ports import Capture, FlightMode, LandedState, Worker
+from tests.fakes.fleet import ORIGIN, FakeFleet, FakeVehicle
 
 TARGET = (4.0, 40.0)
 EXACT = {"bias_m": (0.0, 0.0), "swing_m": (0.0, 0.0)}
@@ -193,6 +194,10 @@ class Flight:
     def texts(self) -> list[str]:
         return [event.data.text for event in self.recorder.events if event.kind == "notice"]
 
+    def check(self, vehicle_id: int, name: str) -> PreflightCheck:
+        found = {(check.vehicle_id, check.name): check for check in self.view.snapshot().preflight}
+        return found[vehicle_id, name]
+
     def task(self, vehicle_id: int) -> Task:
         return self.view.snapshot().vehicles[vehicle_id - 1].task
 
@@ -245,3 +250,14 @@ async def flying(flight: Flight) -> AsyncIterator[asyncio.Task[Outcome]]:
     async with flight.journal.recorded(flight.recorder), asyncio.TaskGroup() as group:
         run = group.create_task(flight.mission.run())
         yield run
+
+
+def take_over(vehicle: FakeVehicle, mode: FlightMode = FlightMode.HOLD) -> int:
+    """Have a pilot stop a vehicle, hovering unless another mode is named; return how many commands it has been sent."""
+    vehicle.fly_to(vehicle.position_enu_m())
+    vehicle.mode, vehicle.taken_over = mode, "its mode changed to LOITER"
+    return len(vehicle.commands)
+
+
+def lose(vehicle: FakeVehicle) -> None:
+    vehicle.silent_since_s = vehicle.clock.now_s()

@@ -87,9 +87,9 @@ class Program:
         return [int(pid) for pid, parent, line in rows if int(parent) == self.process.pid and words in line]
 
 
-def unused_port() -> int:
-    """Return a UDP port that nobody listens on."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+def unused_port(kind: socket.SocketKind = socket.SOCK_DGRAM) -> int:
+    """Return a port that nobody listens on, of UDP unless it is to be one of TCP."""
+    with socket.socket(socket.AF_INET, kind) as probe:
         probe.bind(("127.0.0.1", 0))
         port: int = probe.getsockname()[1]
     return port

@@ -6,10 +6,8 @@ from typing import Any
 
 import cv2
 import numpy as np
-import pytest
 from numpy.typing import NDArray
 
-from aos_gcs.cli import main
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.geometry.projection import intersect_plane
@@ -70,10 +68,3 @@ class Flight:
         # None leaves an option out, True gives it as a flag.
         given = [(name,) if value is True else (name, value) for name, value in values.items() if value is not None]
         return ["integrate", str(self.images), *(str(item) for option in given for item in option)]
-
-
-def run(arguments: list[str]) -> int:
-    with pytest.raises(SystemExit) as stop:
-        main(arguments)
-    assert isinstance(stop.value.code, int)
-    return stop.value.code

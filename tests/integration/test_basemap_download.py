@@ -25,8 +25,8 @@ from aos_gcs.basemaps.tile_addresses import TileTemplate
 from aos_gcs.basemaps.tile_requests import CONNECTIONS, MAX_TILE_BYTES, Pace
 from aos_gcs.basemaps.tile_store import tile_store
 from aos_gcs.errors import AosError, ConfigurationError, InputDataError, LinkError
+from tests.fakes.command_line import exit_status
 from tests.fakes.map_files import ShownMap
-from tests.fakes.recorded_flight import run
 from tests.fakes.tile_server import Place, Reply, TileServer, picture, tile_server
 
 AREA_DEG = (14.2, 47.4, 14.3, 47.5)
@@ -341,7 +341,7 @@ ENOUGH = ("--terms-allow-copies", "--area", "14.2,47.4,14.3,47.5", "--zoom", "8-
 def test_the_command_says_what_it_will_ask_for_before_it_does(
     server: TileServer, out: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run(["basemap", str(out), "--tiles", f"{server.address}?key=s3cret", "--rate", "10", *ENOUGH]) == 0
+    assert exit_status(["basemap", str(out), "--tiles", f"{server.address}?key=s3cret", "--rate", "10", *ENOUGH]) == 0
     told = capsys.readouterr()
     assert f"2 tiles of zooms 8 to 9 from {server.host.split(':')[0]}, at most 10 per second: 0 s or more" in told.err
     assert told.out.startswith(f"{out}: 2 tiles, zooms 8 to 9, ")
@@ -352,7 +352,7 @@ def test_the_area_of_a_plan_is_taken_with_its_surroundings(server: TileServer, o
     plan = tmp_path / "mission.toml"
     plan.write_text(PLAN)
     options = ("--terms-allow-copies", "--plan", str(plan), "--zoom", "13-13", "--attribution", "© A survey")
-    assert run(["basemap", str(out), "--tiles", server.address, "--rate", "10", *options]) == 0
+    assert exit_status(["basemap", str(out), "--tiles", server.address, "--rate", "10", *options]) == 0
     header = ShownMap(out).header
     assert header["min_lat_e7"] == pytest.approx((47.5 - 560.0 / 111_195.0) * 1e7, abs=200)
     assert header["max_lon_e7"] == pytest.approx((14.25 + 560.0 / 75_200.0) * 1e7, abs=2000)
@@ -377,7 +377,7 @@ def test_the_area_of_a_plan_is_taken_with_its_surroundings(server: TileServer, o
 def test_options_that_are_missing_or_wrong_are_named_and_nothing_is_asked(
     server: TileServer, out: Path, capsys: pytest.CaptureFixture[str], options: tuple[str, ...], reason: str
 ) -> None:
-    assert run(["basemap", str(out), "--tiles", f"{server.address}?key=s3cret", *options]) == 2
+    assert exit_status(["basemap", str(out), "--tiles", f"{server.address}?key=s3cret", *options]) == 2
     told = capsys.readouterr().err
     assert reason in told
     assert "s3cret" not in told
@@ -386,7 +386,7 @@ def test_options_that_are_missing_or_wrong_are_named_and_nothing_is_asked(
 
 
 def test_options_of_servers_are_refused_without_one(out: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["basemap", str(out), "ortho.tif", "--terms-allow-copies"]) == 2
+    assert exit_status(["basemap", str(out), "ortho.tif", "--terms-allow-copies"]) == 2
     assert "--terms-allow-copies is for the tiles of a server" in capsys.readouterr().err
-    assert run(["basemap", str(out)]) == 2
+    assert exit_status(["basemap", str(out)]) == 2
     assert "Name the files" in capsys.readouterr().err

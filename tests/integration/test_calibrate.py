@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from tests.fakes.calibration_flight import FOV_DEG, CalibrationFlight, Truth
-from tests.fakes.recorded_flight import run
+from tests.fakes.command_line import exit_status
 
 
 @pytest.fixture(scope="module")
@@ -22,7 +22,7 @@ def flight(tmp_path_factory: pytest.TempPathFactory) -> CalibrationFlight:
 @pytest.fixture(scope="module")
 def calibration(flight: CalibrationFlight) -> Path:
     path = flight.poses.with_name("calibration.json")
-    assert run(flight.arguments(path, "--position-sigma", 0.02, "--attitude-sigma", 0.1)) == 0
+    assert exit_status(flight.arguments(path, "--position-sigma", 0.02, "--attitude-sigma", 0.1)) == 0
     return path
 
 
@@ -71,7 +71,7 @@ def test_integrals_are_sharp_with_the_calibration(flight: CalibrationFlight, cal
     ]
     contrasts = []
     for camera in (["--fov", str(FOV_DEG)], ["--calibration", str(calibration)]):
-        assert run([*common, *camera]) == 0
+        assert exit_status([*common, *camera]) == 0
         values, count = np.load(tmp_path / "map.npy"), np.load(tmp_path / "n.npy")
         contrasts.append(float(np.std(np.squeeze(values)[count > 0.6 * count.max()])))
     assert contrasts[1] > 1.25 * contrasts[0]
@@ -94,7 +94,7 @@ def test_a_calibration_without_times_leaves_the_clock(
         "--calibration",
         str(calibration),
     ]
-    assert run(arguments) == 0
+    assert exit_status(arguments) == 0
     assert "The clock offset of the calibration is not applied" in capfd.readouterr().err
 
 
@@ -103,7 +103,7 @@ def test_a_single_line_determines_neither_focal_length_nor_clock(
 ) -> None:
     flight = CalibrationFlight(tmp_path, Truth(heights_m=(20.0,), headings_deg=(0.0, 0.0)))
     out = tmp_path / "calibration.json"
-    assert run(flight.arguments(out)) == 0
+    assert exit_status(flight.arguments(out)) == 0
     found = json.loads(out.read_text())
     assert {"focal_px", "clock_offset_s"} <= set(found["not_determined"])
     assert found["clock_offset_s"] == 0.0
@@ -116,18 +116,18 @@ def test_a_result_far_from_what_was_told_is_not_written_unless_forced(
     truth = Truth(boresight_deg=(0.0, 12.0, 0.0), lens=(), focal_error=0.0, heights_m=(20.0,), headings_deg=(0.0, 90.0))
     flight = CalibrationFlight(tmp_path, truth)
     out = tmp_path / "calibration.json"
-    assert run(flight.arguments(out)) == 2
+    assert exit_status(flight.arguments(out)) == 2
     errors = capfd.readouterr().err
     assert "Far from the given values: pitch. Check poses" in errors
     assert "is not written. Follow them, or write it with --force" in errors
     assert not out.exists()
-    assert run(flight.arguments(out, "--force")) == 0
+    assert exit_status(flight.arguments(out, "--force")) == 0
     (doubt,) = json.loads(out.read_text())["doubts"]
     assert doubt.startswith("Far from the given values: pitch.")
     capfd.readouterr()
     arguments = ["integrate", str(flight.images), "--poses", str(flight.poses), "--out", str(tmp_path / "view.npy")]
     arguments += ["--convention", "camera-to-world,enu", "--plane-z", "0", "--view", "0", "--calibration", str(out)]
-    assert run(arguments) == 0
+    assert exit_status(arguments) == 0
     assert f"The calibration {out} is doubtful and was written with --force: Far from" in capfd.readouterr().err
 
 
@@ -135,11 +135,11 @@ def test_poses_that_err_more_than_is_said_are_named(tmp_path: Path, capfd: pytes
     truth = Truth(attitude_sigma_deg=1.5, heights_m=(20.0,), headings_deg=(0.0, 180.0))
     flight = CalibrationFlight(tmp_path, truth)
     arguments = flight.arguments(tmp_path / "calibration.json")
-    assert run([*arguments, "--attitude-sigma", "0.2"]) == 2
+    assert exit_status([*arguments, "--attitude-sigma", "0.2"]) == 2
     errors = capfd.readouterr().err
     assert "Recorded poses err by more than --attitude-sigma says" in errors
     assert "--position-drift" not in errors
-    assert run([*arguments, "--attitude-sigma", "2"]) == 0
+    assert exit_status([*arguments, "--attitude-sigma", "2"]) == 0
     assert "Recorded poses err" not in capfd.readouterr().err
 
 
@@ -147,7 +147,7 @@ def test_a_camera_that_was_right_is_not_replaced(tmp_path: Path, capfd: pytest.C
     truth = Truth(boresight_deg=(0.0, 0.0, 0.0), clock_offset_s=0.0, focal_error=0.0, lens=())
     flight = CalibrationFlight(tmp_path, truth)
     out = tmp_path / "calibration.json"
-    assert run(flight.arguments(out, "--position-sigma", 0.02, "--attitude-sigma", 0.1)) == 2
+    assert exit_status(flight.arguments(out, "--position-sigma", 0.02, "--attitude-sigma", 0.1)) == 2
     assert "Images left out of the fit are described no better" in capfd.readouterr().err
     assert not out.exists()
 
@@ -157,11 +157,11 @@ def test_positions_that_drift_bend_the_result_unless_it_is_said(tmp_path: Path) 
     flight = CalibrationFlight(tmp_path, truth)
     out = tmp_path / "calibration.json"
     common = ("--position-sigma", 0.05, "--attitude-sigma", 0.1)
-    assert run(flight.arguments(out, *common, "--force")) == 0
+    assert exit_status(flight.arguments(out, *common, "--force")) == 0
     assert "add --position-drift 2" in " ".join(json.loads(out.read_text())["doubts"])
     errors, sigmas = _errors_and_sigmas(flight, truth, out)
     assert (errors / sigmas).max() > 10.0
-    assert run(flight.arguments(out, *common, "--position-drift", 2)) == 0
+    assert exit_status(flight.arguments(out, *common, "--position-drift", 2)) == 0
     errors, sigmas = _errors_and_sigmas(flight, truth, out)
     assert (errors < 3.5 * sigmas).all()
     assert json.loads(out.read_text())["doubts"] == []
@@ -185,7 +185,7 @@ def test_neighbours_correct_the_errors_of_single_poses(tmp_path: Path, capfd: py
     refined = tmp_path / "refined.json"
     arguments = ["calibrate", str(flight.images), "--poses", str(flight.poses), "--fov", str(FOV_DEG)]
     arguments += ["--convention", "camera-to-world,enu", "--frames", "0:8", "--poses-out", str(refined)]
-    assert run([*arguments, "--position-sigma", "0.05", "--attitude-sigma", "1"]) == 0
+    assert exit_status([*arguments, "--position-sigma", "0.05", "--attitude-sigma", "1"]) == 0
     assert "poses of 8 of 8 images corrected" in capfd.readouterr().out
     entries = json.loads(refined.read_text())["images"]
     assert entries[8] == flight.document["images"][8]
@@ -209,10 +209,10 @@ def test_images_without_texture_are_refused(tmp_path: Path, capfd: pytest.Captur
     for path in flight.images.iterdir():
         cv2.imwrite(str(path), np.full((144, 192), 90, dtype=np.uint8))
     out = tmp_path / "calibration.json"
-    assert run(flight.arguments(out)) == 2
+    assert exit_status(flight.arguments(out)) == 2
     assert "have only 0 points in common" in capfd.readouterr().err
     arguments = [argument if argument != "--out" else "--poses-out" for argument in flight.arguments(out)]
-    assert run(arguments) == 2
+    assert exit_status(arguments) == 2
     assert "No 40 images in a row have 60 points in common" in capfd.readouterr().err
     assert not out.exists()
 
@@ -243,10 +243,10 @@ def test_bad_options_and_files_are_named(
         bad.write_text(json.dumps(content))
         arguments = ["integrate", str(flight.images), "--poses", str(flight.poses), "--out", str(tmp_path / "a.npy")]
         arguments += ["--view", "0", "--plane-z", "0", "--calibration", str(bad)]
-        assert run(arguments) == 2
+        assert exit_status(arguments) == 2
         assert message in capfd.readouterr().err
-        assert run([*arguments, "--fov", "60"]) == 2
+        assert exit_status([*arguments, "--fov", "60"]) == 2
         assert "--calibration and --fov exclude each other" in capfd.readouterr().err
     for arguments, message in cases:
-        assert run(arguments) == 2
+        assert exit_status(arguments) == 2
         assert message in capfd.readouterr().err

@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 
 from aos_gcs.airspace.limits import UNLIMITED
-from aos_gcs.cli import main
 from aos_gcs.imaging.persons.decision import DECISION
 from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.runtime.demo_terrain import FLOOR_ABOVE_GROUND_M
 from aos_gcs.store.reader import MissionReader
+from tests.fakes.command_line import exit_status
 from tests.fakes.program import Program, running
 
 KEYS = {
@@ -59,9 +59,7 @@ def check_result(program: Program, vehicles: int) -> None:
 
 
 def inspect(folder: Path, capsys: pytest.CaptureFixture[str]) -> dict[str, object]:
-    with pytest.raises(SystemExit) as stopped:
-        main(["inspect", str(folder), "--json"])
-    assert stopped.value.code == 0
+    assert exit_status(["inspect", str(folder), "--json"]) == 0
     report: dict[str, object] = json.loads(capsys.readouterr().out)
     return report
 
@@ -87,10 +85,9 @@ async def test_a_small_demo_finds_the_person_lands_all_and_is_recorded(
     assert [vehicle.task for vehicle in final.vehicles] == [Task.LANDED] * 4
     (traffic,) = program.mission_folder.rglob("*.tlog")
     assert traffic.stat().st_size > 10_000
-    with pytest.raises(SystemExit) as verified:
-        main(["replay", str(program.mission_folder), "--verify"])
+    status = exit_status(["replay", str(program.mission_folder), "--verify"])
     assert capsys.readouterr().out == f"identical: {result['steps']} steps computed again\n"
-    assert verified.value.code == 0
+    assert status == 0
     report = inspect(program.mission_folder, capsys)
     assert len(report["steps"]) == result["steps"]
     assert [span["phase"] for span in report["phases"]][-1] == "done"
@@ -112,10 +109,9 @@ async def test_a_demo_over_a_slope_knows_its_ground(tmp_path: Path, capsys: pyte
     assert code == 0, program.log
     check_result(program, vehicles=4)
     assert program.result()["min_height_above_ground_m"] >= FLOOR_ABOVE_GROUND_M
-    with pytest.raises(SystemExit) as verified:
-        main(["replay", str(program.mission_folder), "--verify"])
+    status = exit_status(["replay", str(program.mission_folder), "--verify"])
     assert capsys.readouterr().out.startswith("identical")
-    assert verified.value.code == 0
+    assert status == 0
 
 
 async def fly_default_mission(folder: Path, seed: int) -> dict[str, object]:

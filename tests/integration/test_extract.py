@@ -17,7 +17,7 @@ from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.geometry.projection import intersect_plane
 from tests.fakes import recorded_video as flight
-from tests.fakes.recorded_flight import run
+from tests.fakes.command_line import exit_status
 
 av = pytest.importorskip("av", reason="needs the extra video")
 
@@ -58,14 +58,14 @@ class Extracted:
 
 
 def extract(video: Path, out: Path, *options: object) -> Extracted:
-    assert run(["extract", str(video), "--out", str(out), *map(str, options)]) == 0
+    assert exit_status(["extract", str(video), "--out", str(out), *map(str, options)]) == 0
     return Extracted(out)
 
 
 def refusal(video: Path, out: Path, capsys: pytest.CaptureFixture[str], *options: object) -> str:
     """Return what a refused command says; it must leave nothing behind."""
     before = set(out.parent.iterdir())
-    assert run(["extract", str(video), "--out", str(out), *map(str, options)]) == 2
+    assert exit_status(["extract", str(video), "--out", str(out), *map(str, options)]) == 2
     assert set(out.parent.iterdir()) == before
     return capsys.readouterr().err
 
@@ -91,7 +91,7 @@ def test_frames_of_a_thermal_video_have_one_band_and_the_poses_of_their_times(vi
 
 def test_nothing_but_the_result_is_said(video: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """OpenCV's library would say of every image that an option of another format is ignored."""
-    assert run(["extract", str(video), "--out", str(tmp_path / "frames")]) == 0
+    assert exit_status(["extract", str(video), "--out", str(tmp_path / "frames")]) == 0
     captured = capfd.readouterr()
     assert captured.err == ""
     assert captured.out.count("\n") == 1
@@ -101,7 +101,7 @@ def test_their_integral_shows_the_ground(video: Path, tmp_path: Path) -> None:
     extracted = extract(video, tmp_path / "frames")
     poses, integral = tmp_path / "frames" / "poses.json", tmp_path / "integral.npy"
     options = ["--poses", poses, "--fov", flight.FOV_DEG, "--plane-z", 0, "--view", 5, "--size", 64, "--out", integral]
-    assert run(["integrate", str(extracted.folder), *map(str, options)]) == 0
+    assert exit_status(["integrate", str(extracted.folder), *map(str, options)]) == 0
     pose = list(extracted.poses().values())[5]
     camera = CameraModel.from_fov(64, 64, math.radians(flight.FOV_DEG))
     u, v = np.meshgrid(np.arange(64), np.arange(64))

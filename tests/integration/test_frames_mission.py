@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import socket
 from pathlib import Path
 
 import pytest
 
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.store.reader import MissionReader
-from tests.fakes.program import running
+from tests.fakes.program import running, unused_port
 
 SPEED = 10.0
 CONFIGURATION = """
@@ -49,9 +48,7 @@ folder = "{missions}"
 @pytest.mark.slow
 @pytest.mark.parametrize("autopilot", ["arducopter", "px4"])
 async def test_a_mission_flies_on_reported_exposures_and_files_in_a_folder(tmp_path: Path, autopilot: str) -> None:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
+    port = unused_port()
     images = tmp_path / "images"
     file = tmp_path / "mission.toml"
     missions = (tmp_path / "missions").as_posix()

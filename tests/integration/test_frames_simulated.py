@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import math
-import socket
 from pathlib import Path
 
 import pytest
@@ -17,6 +16,7 @@ from aos_sim.camera.synthetic import CheckerboardGround
 from aos_sim.swarm import SimulatedSwarm, SwarmOptions
 from tests.fakes.air import Air
 from tests.fakes.air_flight import simulated
+from tests.fakes.program import unused_port
 from tests.fakes.sim_errors import POSITIONS_ERR
 
 SPEED = 4.0
@@ -67,9 +67,7 @@ async def test_reported_frames_have_the_true_poses(
 @pytest.mark.parametrize("autopilot", ["arducopter", "px4"])
 async def test_mavsdk_takes_them_too(autopilot: str, tmp_path: Path) -> None:
     pytest.importorskip("mavsdk", reason="needs the optional library mavsdk")
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
+    port = unused_port()
     options = SwarmOptions(
         vehicles=2,
         links=(f"udpout://127.0.0.1:{port}",),

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from aos_gcs.cli import main
 from aos_gcs.store.reader import MissionReader
+from tests.fakes.command_line import exit_status
 
 WRITER = """
 import asyncio, os, sys
@@ -105,9 +105,7 @@ def broken_off(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def inspect(*arguments: object) -> int:
-    with pytest.raises(SystemExit) as stopped:
-        main(["inspect", *map(str, arguments)])
-    return int(stopped.value.code or 0)
+    return exit_status(["inspect", *arguments])
 
 
 def test_a_killed_mission_holds_every_step_that_was_flushed(

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import pytest
 
-from aos_gcs.cli import focus_stack, main
+from aos_gcs.cli import focus_stack
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.geometry.projection import intersect_plane
@@ -20,6 +20,7 @@ from aos_gcs.imaging.focus.track import FocusTrack, search_range_m, update_focus
 from aos_gcs.imaging.model import Frame
 from aos_gcs.surveys.images import LazyFrames
 from aos_gcs.surveys.poses_file import read_poses
+from tests.fakes.command_line import exit_status
 
 RECORDED = Path(__file__).resolve().parents[3] / "shared" / "data" / "F0"
 PEOPLE_PX = (130.0, 100.0, 270.0, 230.0)
@@ -205,9 +206,8 @@ def level_terrain(folder: Path, z_m: float) -> Path:
 
 
 def run(arguments: list[str], out: Path, capsys: pytest.CaptureFixture[str]) -> tuple[int, str]:
-    with pytest.raises(SystemExit) as ended:
-        main(["--log-level", "error", "integrate", *arguments, "--out", str(out)])
-    return int(ended.value.code or 0), capsys.readouterr().err
+    status = exit_status(["--log-level", "error", "integrate", *arguments, "--out", str(out)])
+    return status, capsys.readouterr().err
 
 
 def told(errors: str) -> tuple[float, float]:

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from aos_gcs.geometry.camera import CameraModel
 from tests.fakes import survey_flight
-from tests.fakes.recorded_flight import FOV_DEG, PLANE_Z, Flight, run
+from tests.fakes.command_line import exit_status
+from tests.fakes.recorded_flight import FOV_DEG, PLANE_Z, Flight
 
 CAMERA = CameraModel.from_fov(60, 60, np.radians(FOV_DEG))
 ODD = CameraModel(64, 48, 60.0, 45.0, 29.0, 26.5)
@@ -28,7 +29,7 @@ def flight(tmp_path: Path) -> Flight:
 
 
 def integral_of(flight: Flight, **options: object) -> NDArray[np.float32]:
-    assert run(flight.arguments(**options)) == 0
+    assert exit_status(flight.arguments(**options)) == 0
     return np.asarray(np.load(flight.out))
 
 
@@ -117,10 +118,10 @@ def test_a_camera_file_has_its_lens(flight: Flight, tmp_path: Path) -> None:
 def test_photographs_take_a_camera_file(tmp_path: Path) -> None:
     photographs = survey_flight.Photographs(tmp_path)
     photographs.out = tmp_path / "map.npy"
-    assert run(photographs.arguments("--ortho", 0.5)) == 0
+    assert exit_status(photographs.arguments("--ortho", 0.5)) == 0
     expected = np.load(photographs.out)
     opencv_yaml(survey_flight.CAMERA, tmp_path / "camera.yml")
-    assert run(photographs.arguments("--ortho", 0.5, "--camera", tmp_path / "camera.yml")) == 0
+    assert exit_status(photographs.arguments("--ortho", 0.5, "--camera", tmp_path / "camera.yml")) == 0
     np.testing.assert_allclose(np.load(photographs.out), expected, atol=0.01)
 
 
@@ -156,8 +157,8 @@ def test_a_mesh_is_turned_with_the_poses(flight: Flight, tmp_path: Path) -> None
 
 def test_poses_with_z_down_can_be_placed_on_the_earth(flight: Flight) -> None:
     place = {"view": None, "size": None, "ortho": 0.5, "origin": "48.3,14.3", "out": flight.out.with_suffix(".tif")}
-    assert run(flight.arguments(**place)) == 2
-    assert run(flight.arguments(**place, convention="z-down", plane_z=-PLANE_Z)) == 0
+    assert exit_status(flight.arguments(**place)) == 2
+    assert exit_status(flight.arguments(**place, convention="z-down", plane_z=-PLANE_Z)) == 0
 
 
 def test_a_range_of_frames(flight: Flight) -> None:
@@ -171,9 +172,9 @@ def test_a_range_of_photographs(tmp_path: Path, capfd: pytest.CaptureFixture[str
     photographs = survey_flight.Photographs(tmp_path)
     photographs.strip("5.jpg", "GimbalPitchDegree")
     photographs.out = tmp_path / "map.npy"
-    assert run(photographs.arguments("--ortho", 0.5, "--frames", ":3")) == 0
+    assert exit_status(photographs.arguments("--ortho", 0.5, "--frames", ":3")) == 0
     assert "skipped" not in capfd.readouterr().err
-    assert run(photographs.arguments("--ortho", 0.5, "--frames", "6:9")) == 2
+    assert exit_status(photographs.arguments("--ortho", 0.5, "--frames", "6:9")) == 2
 
 
 BAD_FILES = {
@@ -207,7 +208,7 @@ def test_a_camera_file_that_cannot_be_used_is_refused(
 ) -> None:
     content, expected = BAD_FILES[case]
     (tmp_path / "camera.json").write_text(json.dumps(content))
-    assert run(flight.arguments(fov=None, camera=tmp_path / "camera.json")) == 2
+    assert exit_status(flight.arguments(fov=None, camera=tmp_path / "camera.json")) == 2
     errors = capfd.readouterr().err
     assert re.search(expected, errors)
     assert not flight.out.exists()
@@ -221,5 +222,5 @@ def test_a_file_that_is_no_camera_file_is_refused(
     flight: Flight, tmp_path: Path, capfd: pytest.CaptureFixture[str], content: bytes
 ) -> None:
     (tmp_path / "camera.yml").write_bytes(content)
-    assert run(flight.arguments(fov=None, camera=tmp_path / "camera.yml")) == 2
+    assert exit_status(flight.arguments(fov=None, camera=tmp_path / "camera.yml")) == 2
     assert "camera file" in capfd.readouterr().err

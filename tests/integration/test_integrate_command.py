@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from aos_gcs.imaging.surfaces import mesh
-from tests.fakes.recorded_flight import PLANE_Z, Flight, run, texture
+from tests.fakes.command_line import exit_status
+from tests.fakes.recorded_flight import PLANE_Z, Flight, texture
 
 RECORDED = Path(__file__).resolve().parents[3] / "shared" / "data" / "F0"
 
@@ -27,7 +28,7 @@ def flight(tmp_path: Path) -> Flight:
 
 def test_the_integral_is_the_view_of_the_plane(flight: Flight, tmp_path: Path) -> None:
     count_file, png_file = tmp_path / "count.npy", tmp_path / "integral.png"
-    assert run(flight.arguments(count=count_file, png=png_file)) == 0
+    assert exit_status(flight.arguments(count=count_file, png=png_file)) == 0
     integral, count = np.load(flight.out), np.load(count_file)
     assert integral.dtype == np.float32
     assert integral.shape == count.shape == (48, 48)
@@ -50,7 +51,7 @@ def test_colour_images_give_a_colour_integral(flight: Flight) -> None:
     for path in flight.images.iterdir():
         grey = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
         cv2.imwrite(str(path), np.dstack((np.zeros_like(grey), grey // 2, grey)))
-    assert run(flight.arguments()) == 0
+    assert exit_status(flight.arguments()) == 0
     integral = np.load(flight.out)
     assert integral.shape == (48, 48, 3)
     assert np.nanmean(np.abs(integral[:, :, 0] - flight.render(flight.pose(1), 48))) < 0.5
@@ -61,7 +62,7 @@ def test_deep_images_keep_their_values(flight: Flight) -> None:
     for path in flight.images.iterdir():
         grey = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
         cv2.imwrite(str(path), grey.astype(np.uint16) * 100)
-    assert run(flight.arguments()) == 0
+    assert exit_status(flight.arguments()) == 0
     assert np.nanmean(np.abs(np.load(flight.out) / 100 - flight.render(flight.pose(1), 48))) < 0.5
 
 
@@ -74,11 +75,11 @@ def write_slope(path: Path, slope_x: float, slope_y: float, height: float = PLAN
 
 
 def test_a_level_mesh_gives_what_the_plane_gives(flight: Flight, tmp_path: Path) -> None:
-    assert run(flight.arguments()) == 0
+    assert exit_status(flight.arguments()) == 0
     on_plane = np.load(flight.out)
     dem = write_slope(tmp_path / "dem.obj", 0.0, 0.0, PLANE_Z + 3.0)
     for exact in (None, True):
-        assert run(flight.arguments(plane_z=None, dem=dem, dem_offset=-3, exact=exact)) == 0
+        assert exit_status(flight.arguments(plane_z=None, dem=dem, dem_offset=-3, exact=exact)) == 0
         on_mesh = np.load(flight.out)
         both = ~np.isnan(on_mesh) & ~np.isnan(on_plane)
         assert both.sum() >= np.count_nonzero(~np.isnan(on_plane)) - 3
@@ -88,10 +89,10 @@ def test_a_level_mesh_gives_what_the_plane_gives(flight: Flight, tmp_path: Path)
 def test_north_and_east_of_the_tilt(flight: Flight, tmp_path: Path) -> None:
     # The cameras' mean position is x = 0.025, y = 0.005.
     north, east = math.tan(math.radians(12.0)), math.tan(math.radians(-7.0))
-    assert run(flight.arguments(tilt="12,-7")) == 0
+    assert exit_status(flight.arguments(tilt="12,-7")) == 0
     tilted = np.load(flight.out)
     dem = write_slope(tmp_path / "dem.obj", east, north, PLANE_Z - 0.025 * east - 0.005 * north)
-    assert run(flight.arguments(plane_z=None, dem=dem)) == 0
+    assert exit_status(flight.arguments(plane_z=None, dem=dem)) == 0
     on_mesh = np.load(flight.out)
     both = ~np.isnan(on_mesh) & ~np.isnan(tilted)
     assert both.sum() > 1500
@@ -102,7 +103,7 @@ def test_a_map_has_the_ground_where_its_world_file_says(
     flight: Flight, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     png, count_file = tmp_path / "map.png", tmp_path / "count.npy"
-    assert run(flight.arguments(view=None, size=None, ortho=0.2, png=png, count=count_file)) == 0
+    assert exit_status(flight.arguments(view=None, size=None, ortho=0.2, png=png, count=count_file)) == 0
     integral, count = np.load(flight.out), np.load(count_file)
     assert count.shape == integral.shape == cv2.imread(str(png)).shape[:2]
     assert count[[0, -1]].any(axis=1).all()
@@ -122,7 +123,7 @@ def test_a_map_of_terrain_ends_with_the_terrain(flight: Flight, tmp_path: Path) 
     dem = tmp_path / "dem.obj"
     dem.write_text("v -2 -3 12\nv 2 -3 12\nv 2 3 12\nv -2 3 12\nf 1 2 3 4\n")
     options: dict[str, object] = {"plane_z": None, "dem": dem, "view": None, "size": None}
-    assert run(flight.arguments(**options, ortho=0.1)) == 0
+    assert exit_status(flight.arguments(**options, ortho=0.1)) == 0
     integral = np.load(flight.out)
     assert integral.shape == (60, 40)
     assert np.isfinite(integral).all()
@@ -133,7 +134,7 @@ def test_images_that_see_nothing_are_counted(flight: Flight, capfd: pytest.Captu
     rows = np.array(flight.document["images"][2]["M3x4"], dtype=float)
     flight.document["images"][2]["M3x4"] = (np.diag([1.0, -1.0, -1.0]) @ rows).tolist()
     flight.save()
-    assert run(flight.arguments()) == 0
+    assert exit_status(flight.arguments()) == 0
     assert "1 of 4 images do not see the focal surface; the first is 2.png" in capfd.readouterr().err
 
 
@@ -155,7 +156,7 @@ def test_a_recorded_flight_agrees_with_an_independent_renderer(
     out, count_file = tmp_path / "integral.npy", tmp_path / "count.npy"
     arguments = ["integrate", recording / "images", "--poses", recording / "poses.json", "--plane-z", 18]
     arguments += ["--fov", 50.815436217896945, "--view", int(np.argmin(distances)), "--out", out, "--count", count_file]
-    assert run([str(argument) for argument in [*arguments, *options]]) == 0
+    assert exit_status([str(argument) for argument in [*arguments, *options]]) == 0
     with np.load(recording / "reference" / "plane_z18.npz") as reference:
         integral, count = np.load(out), np.load(count_file)
         same = count == reference["count"]

@@ -15,9 +15,10 @@ import pytest
 
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.surveys.photos import read_photos
+from tests.fakes.command_line import exit_status
 from tests.fakes.flir_photographs import make_radiometric
 from tests.fakes.photographs import exif_block, write_photograph, xmp_packet
-from tests.fakes.recorded_flight import Flight, run
+from tests.fakes.recorded_flight import Flight
 from tests.fakes.survey_flight import CAMERA, FOCAL_35MM, HOT_M, Photographs, render
 
 
@@ -27,7 +28,7 @@ def flight(tmp_path: Path) -> Flight:
 
 
 def integral_of(flight: Flight, **options: object) -> np.ndarray:
-    assert run(flight.arguments(**options)) == 0
+    assert exit_status(flight.arguments(**options)) == 0
     return np.load(flight.out)
 
 
@@ -70,7 +71,7 @@ def test_pictures_of_anomalies_replace_nothing(flight: Flight, capfd: pytest.Cap
     before = {path.name: path.read_bytes() for path in flight.images.iterdir()}
     folder = flight.images if where == "images" else flight.images.parent / "file" / "pictures"
     blobs = flight.out.with_suffix(".csv")
-    assert run(flight.arguments(blobs=blobs, thumbnails=folder, ortho=0.2, view=None, size=None)) == 2
+    assert exit_status(flight.arguments(blobs=blobs, thumbnails=folder, ortho=0.2, view=None, size=None)) == 2
     assert ("it holds the images" if where == "images" else "is a file") in capfd.readouterr().err
     assert {path.name: path.read_bytes() for path in flight.images.iterdir()} == before
     assert not flight.out.exists()
@@ -107,7 +108,7 @@ def test_photographs_with_three_equal_channels_show_what_is_warm(tmp_path: Path,
         grey = cv2.imread(str(photographs.images / name), cv2.IMREAD_GRAYSCALE)
         photographs.write(name, np.asarray(cv2.cvtColor(grey, cv2.COLOR_GRAY2BGR), np.uint8), tags)
     table = tmp_path / "anomalies.csv"
-    assert run(photographs.arguments("--ortho", 0.1, "--blobs", table, *options)) == 0
+    assert exit_status(photographs.arguments("--ortho", 0.1, "--blobs", table, *options)) == 0
     (row,) = csv.DictReader(table.read_text().splitlines())
     assert (float(row["x_m"]), float(row["y_m"])) == pytest.approx(HOT_M, abs=0.3)
 
@@ -119,14 +120,14 @@ def test_what_cameras_append_to_a_photograph_does_not_matter(tmp_path: Path, cap
             file.write(extra)
     cut = photographs.images / "2.jpg"
     cut.write_bytes(cut.read_bytes()[:-40])
-    assert run(photographs.arguments("--ortho", 0.2)) == 0
+    assert exit_status(photographs.arguments("--ortho", 0.2)) == 0
     assert "1 of 6 images are skipped; 2.jpg: The image" in capfd.readouterr().err
 
 
 def test_a_copy_of_a_photograph_counts_once(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     photographs = Photographs(tmp_path)
     shutil.copy(photographs.images / "1.jpg", photographs.images / "1 (copy).jpg")
-    assert run(photographs.arguments("--ortho", 0.2)) == 0
+    assert exit_status(photographs.arguments("--ortho", 0.2)) == 0
     assert "1 of 7 images are skipped; 1.jpg: it is a copy of 1 (copy).jpg" in capfd.readouterr().err
 
 
@@ -135,11 +136,11 @@ def test_a_photograph_far_from_the_others_is_left_out(tmp_path: Path, capfd: pyt
     photographs = Photographs(tmp_path)
     tags = photographs.tags["0.jpg"] | {"drone-dji:GpsLatitude": "0.0", "drone-dji:GpsLongitude": "14.0"}
     photographs.write("0.jpg", cv2.imread(str(photographs.images / "0.jpg"), cv2.IMREAD_UNCHANGED), tags)
-    assert run(photographs.arguments("--ortho", 0.2)) == 0
+    assert exit_status(photographs.arguments("--ortho", 0.2)) == 0
     assert re.search(r"1 of 6 images are skipped; 0\.jpg: it lies [45],\d{3} km from", capfd.readouterr().err)
     for index in range(2, 6):
         (photographs.images / f"{index}.jpg").unlink()
-    assert run(photographs.arguments("--ortho", 0.2)) == 2
+    assert exit_status(photographs.arguments("--ortho", 0.2)) == 2
     assert "lie far from each other" in capfd.readouterr().err
 
 
@@ -150,12 +151,12 @@ def test_photographs_of_several_sensors_are_not_averaged(tmp_path: Path, capfd: 
         photographs.write(name, cv2.imread(str(photographs.images / name), cv2.IMREAD_UNCHANGED), tags)
     for name in list(photographs.tags)[3:]:
         (photographs.images / name).rename(photographs.images / f"DJI_20260101_000{name[0]}_W.JPG")
-    assert run(photographs.arguments("--ortho", 0.2)) == 2
+    assert exit_status(photographs.arguments("--ortho", 0.2)) == 2
     errors = capfd.readouterr().err
     assert "(3 of thermal, such as 0.jpg; 3 of wide, such as DJI_20260101_0003_W.JPG)" in errors
     assert "choose one with --sensor" in errors
     assert not photographs.out.exists()
-    assert run(photographs.arguments("--ortho", 0.2, "--sensor", "thermal")) == 0
+    assert exit_status(photographs.arguments("--ortho", 0.2, "--sensor", "thermal")) == 0
     expected = "3 of 6 images are skipped; DJI_20260101_0003_W.JPG: it was taken by the sensor wide"
     assert expected in capfd.readouterr().err
 
@@ -167,7 +168,7 @@ def test_photographs_of_different_fields_of_view_are_not_averaged(
     image = cv2.imread(str(photographs.images / "4.jpg"), cv2.IMREAD_UNCHANGED)
     packet = xmp_packet(photographs.tags["4.jpg"])
     write_photograph(photographs.images / "4.jpg", image, exif_block(camera={0xA405: 90}), packet)
-    assert run(photographs.arguments("--ortho", 0.2)) == 2
+    assert exit_status(photographs.arguments("--ortho", 0.2)) == 2
     assert "4.jpg has a field of view of 22°, 5.jpg of 63°" in capfd.readouterr().err
 
 
@@ -182,12 +183,12 @@ def write_turned(photographs: Photographs, name: str, orientation: int) -> None:
 def test_photographs_with_an_orientation_tag_are_turned(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     photographs = Photographs(tmp_path)
     photographs.out = tmp_path / "map.npy"
-    assert run(photographs.arguments("--ortho", 0.25)) == 0
+    assert exit_status(photographs.arguments("--ortho", 0.25)) == 0
     expected = np.load(photographs.out)
     capfd.readouterr()
     for name, orientation in (("1.jpg", 3), ("2.jpg", 6), ("4.jpg", 8)):
         write_turned(photographs, name, orientation)
-    assert run(photographs.arguments("--ortho", 0.25)) == 0
+    assert exit_status(photographs.arguments("--ortho", 0.25)) == 0
     assert "3 photographs are turned by their Orientation tag; the first is 1.jpg" in capfd.readouterr().err
     integral = np.load(photographs.out)
     assert integral.shape == expected.shape
@@ -198,7 +199,7 @@ def test_photographs_with_an_orientation_tag_are_turned(tmp_path: Path, capfd: p
 def test_photographs_in_folders_within_the_folder_are_used(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     photographs = Photographs(tmp_path)
     photographs.out = tmp_path / "map.npy"
-    assert run(photographs.arguments("--ortho", 0.5)) == 0
+    assert exit_status(photographs.arguments("--ortho", 0.5)) == 0
     expected = np.load(photographs.out)
     capfd.readouterr()
     for folder, names in (("100MEDIA", ("0.jpg", "1.jpg")), ("101MEDIA/more", ("2.jpg", "3.jpg")), (".trash", ())):
@@ -207,7 +208,7 @@ def test_photographs_in_folders_within_the_folder_are_used(tmp_path: Path, capfd
             (photographs.images / name).rename(photographs.images / folder / name)
     shutil.copy(photographs.images / "4.jpg", photographs.images / ".trash" / "9.jpg")
     shutil.copy(photographs.images / "4.jpg", photographs.images / "101MEDIA" / "4.jpg")
-    assert run(photographs.arguments("--ortho", 0.5)) == 0
+    assert exit_status(photographs.arguments("--ortho", 0.5)) == 0
     np.testing.assert_allclose(np.load(photographs.out), expected, atol=1e-3)
     assert "1 of 7 images are skipped; 4.jpg: it is a copy of 4.jpg" in capfd.readouterr().err
 
@@ -223,7 +224,7 @@ def test_rtk_accuracies_are_reported(tmp_path: Path, capfd: pytest.CaptureFixtur
         photographs.write(name, image, photographs.tags[name] | stds | flag)
     survey = read_photos(photographs.images)
     assert survey.images[0].position_sigma_m == (0.011, 0.013, 0.025)
-    assert run(photographs.arguments("--ortho", 0.5)) == 0
+    assert exit_status(photographs.arguments("--ortho", 0.5)) == 0
     errors = capfd.readouterr().err
     assert "RTK positions of 6 of 6 photographs: median standard deviation 0.012 m horizontally, 0.025 m" in errors
     assert "1 of 6 photographs were taken without a fixed RTK solution; the first is 2.jpg" in errors
@@ -240,14 +241,14 @@ def test_radiometric_photographs_become_degrees(tmp_path: Path, capfd: pytest.Ca
     fov_deg = math.degrees(CAMERA.horizontal_fov_rad)
     for image in survey.images[:-1]:
         make_radiometric(image.path, warm_ground(image.pose), fov_deg=fov_deg)
-    assert run(photographs.arguments("--ortho", 0.25)) == 0
+    assert exit_status(photographs.arguments("--ortho", 0.25)) == 0
     shades = np.load(photographs.out)
-    assert run(photographs.arguments("--ortho", 0.25, "--degrees", "recorded")) == 0
+    assert exit_status(photographs.arguments("--ortho", 0.25, "--degrees", "recorded")) == 0
     errors = capfd.readouterr().err
     assert "1 of 6 images are skipped; 5.jpg: it has no radiometric data of FLIR" in errors
     degrees = np.load(photographs.out)
     assert np.nanmean(degrees) == pytest.approx(12.0 + (np.nanmean(shades) - 120.0) / 10.0, abs=1.0)
-    assert run(photographs.arguments("--ortho", 0.25, "--degrees", "emissivity=0.8,reflected=-30")) == 0
+    assert exit_status(photographs.arguments("--ortho", 0.25, "--degrees", "emissivity=0.8,reflected=-30")) == 0
     assert np.nanmean(np.load(photographs.out)) > np.nanmean(degrees) + 2.0
 
 
@@ -262,16 +263,16 @@ def test_radiometric_photographs_become_degrees(tmp_path: Path, capfd: pytest.Ca
 def test_settings_of_temperatures_are_checked(
     tmp_path: Path, capfd: pytest.CaptureFixture[str], settings: str, words: str
 ) -> None:
-    assert run(Photographs(tmp_path).arguments("--ortho", 0.5, "--degrees", settings)) == 2
+    assert exit_status(Photographs(tmp_path).arguments("--ortho", 0.5, "--degrees", settings)) == 2
     assert words in capfd.readouterr().err
 
 
 def test_temperatures_of_poses_are_no_option(flight: Flight, capfd: pytest.CaptureFixture[str]) -> None:
-    assert run(flight.arguments(degrees="recorded")) == 2
+    assert exit_status(flight.arguments(degrees="recorded")) == 2
     assert "--degrees applies to radiometric photographs, not to --poses" in capfd.readouterr().err
 
 
 def test_a_poses_file_may_begin_with_the_mark_of_its_encoding(flight: Flight) -> None:
     """Editors and shells of Windows write one."""
     flight.poses.write_bytes(b"\xef\xbb\xbf" + flight.poses.read_bytes())
-    assert run(flight.arguments()) == 0
+    assert exit_status(flight.arguments()) == 0

@@ -14,7 +14,8 @@ import pytest
 
 from aos_gcs.imaging.surfaces import mesh
 from aos_gcs.surveys import poses_file
-from tests.fakes.recorded_flight import Flight, run
+from tests.fakes.command_line import exit_status
+from tests.fakes.recorded_flight import Flight
 
 
 @pytest.fixture(autouse=True)
@@ -365,7 +366,7 @@ BAD_INPUT = {
 def test_bad_input_is_named_and_writes_nothing(
     flight: Flight, change: Change, message: str, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    assert run(flight.arguments(**change(flight))) == 2
+    assert exit_status(flight.arguments(**change(flight))) == 2
     captured = capfd.readouterr()
     assert captured.out == ""
     assert len(captured.err.splitlines()) == 1

@@ -21,7 +21,7 @@ from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.geometry.poses import nadir_pose
 from aos_gcs.geometry.projection import intersect_plane
 from aos_gcs.surveys.photos import read_photos
-from tests.fakes.recorded_flight import run
+from tests.fakes.command_line import exit_status
 from tests.fakes.survey_flight import CAMERA, FOCAL_PX, HEIGHT_M, HOT_M, SIZE, TAKEOFF, Photographs, render, texture
 
 
@@ -44,7 +44,7 @@ def error_of_map(path: Path) -> NDArray[np.float64]:
 
 @pytest.mark.parametrize("options", [(), ("--exact",), ("--median",), ("--trim", 0.2)])
 def test_a_map_of_photographs_shows_the_ground_in_its_place(photographs: Photographs, options: tuple[str, ...]) -> None:
-    assert run(photographs.arguments("--ortho", 0.2, *options)) == 0
+    assert exit_status(photographs.arguments("--ortho", 0.2, *options)) == 0
     error = error_of_map(photographs.out)
     assert error.size > 5000
     assert error.mean() < 1.0
@@ -53,7 +53,7 @@ def test_a_map_of_photographs_shows_the_ground_in_its_place(photographs: Photogr
 
 def test_a_view_of_photographs(photographs: Photographs, tmp_path: Path) -> None:
     out = tmp_path / "view.npy"
-    assert run(photographs.arguments("--view", 2, "--size", 50, "--plane-z", 0, "--out", out)) == 0
+    assert exit_status(photographs.arguments("--view", 2, "--size", 50, "--plane-z", 0, "--out", out)) == 0
     camera = CameraModel.from_fov(50, 50, CAMERA.horizontal_fov_rad)
     position = LocalFrame(TAKEOFF).to_geodetic([8.0, 0.0, HEIGHT_M])
     pose = nadir_pose(LocalFrame(TAKEOFF).to_enu(position), math.radians(50.0))
@@ -74,7 +74,7 @@ def test_photographs_that_cannot_be_used_are_counted(
     photographs.strip("1.jpg", "GimbalPitchDegree")
     photographs.strip("3.jpg", "GpsLatitude")
     (photographs.images / "5.jpg").write_bytes(b"")
-    assert run(photographs.arguments("--ortho", 0.2)) == 0
+    assert exit_status(photographs.arguments("--ortho", 0.2)) == 0
     errors = capfd.readouterr().err
     assert "3 of 6 images are skipped; 1.jpg: it has no GimbalYawDegree and GimbalPitchDegree" in errors
     assert error_of_map(photographs.out).mean() < 1.0
@@ -84,9 +84,9 @@ def test_a_lens_is_taken_out(tmp_path: Path) -> None:
     lens = LensDistortion(LensModel.BROWN_CONRADY, (-0.2, 0.03, 0.001, -0.001, 0.0))
     distorted = CameraModel(*SIZE, FOCAL_PX, FOCAL_PX, CAMERA.cx_px, CAMERA.cy_px, lens)
     photographs = Photographs(tmp_path, camera=distorted)
-    assert run(photographs.arguments("--ortho", 0.2)) == 0
+    assert exit_status(photographs.arguments("--ortho", 0.2)) == 0
     ideal_error = error_of_map(photographs.out).mean()
-    assert run(photographs.arguments("--ortho", 0.2, "--lens", "-0.2,0.03,0.001,-0.001")) == 0
+    assert exit_status(photographs.arguments("--ortho", 0.2, "--lens", "-0.2,0.03,0.001,-0.001")) == 0
     assert error_of_map(photographs.out).mean() < min(1.0, ideal_error / 2)
 
 
@@ -106,7 +106,7 @@ def test_a_fisheye_in_the_poses_file(tmp_path: Path) -> None:
     fov_deg = math.degrees(CAMERA.horizontal_fov_rad)
     place = f"{TAKEOFF.latitude_deg},{TAKEOFF.longitude_deg},{TAKEOFF.altitude_amsl_m}"
     options = ["--poses", poses, "--fov", fov_deg, "--plane-z", 0, "--ortho", 0.2, "--origin", place, "--out", out]
-    assert run(["integrate", str(images), *map(str, options)]) == 0
+    assert exit_status(["integrate", str(images), *map(str, options)]) == 0
     assert error_of_map(out).mean() < 1.0
 
 
@@ -114,7 +114,7 @@ def test_anomalies_are_counted_drawn_and_listed(tmp_path: Path) -> None:
     photographs = Photographs(tmp_path, hot=True)
     files = [tmp_path / name for name in ("count.tif", "heat.png", "anomalies.geojson", "covered.tif")]
     outputs = ("--anomaly", files[0], "--anomaly", files[1], "--blobs", files[2], "--count", files[3])
-    assert run(photographs.arguments("--ortho", 0.1, *outputs)) == 0
+    assert exit_status(photographs.arguments("--ortho", 0.1, *outputs)) == 0
     with rasterio.open(files[0]) as counts, rasterio.open(files[3]) as covered:
         assert counts.descriptions == ("significance",)
         assert counts.read(1).shape == covered.read(1).shape
@@ -134,7 +134,7 @@ def test_anomalies_are_counted_drawn_and_listed(tmp_path: Path) -> None:
 def test_rows_have_pictures_beside_the_table(tmp_path: Path) -> None:
     photographs = Photographs(tmp_path, hot=True)
     table, folder = tmp_path / "anomalies.json", tmp_path / "rows"
-    assert run(photographs.arguments("--ortho", 0.1, "--blobs", table, "--thumbnails", folder)) == 0
+    assert exit_status(photographs.arguments("--ortho", 0.1, "--blobs", table, "--thumbnails", folder)) == 0
     rows = json.loads(table.read_text())["anomalies"]
     assert [row["thumbnail"] for row in rows] == [f"rows/{number:03}.png" for number in range(1, len(rows) + 1)]
     assert [row["significance"] for row in rows] == sorted((row["significance"] for row in rows), reverse=True)
@@ -149,7 +149,7 @@ def test_rows_have_pictures_beside_the_table(tmp_path: Path) -> None:
 def test_every_detector_finds_the_hot_spot(tmp_path: Path, detector: str) -> None:
     photographs = Photographs(tmp_path, hot=True)
     table = tmp_path / "anomalies.csv"
-    assert run(photographs.arguments("--ortho", 0.1, "--blobs", table, "--detector", detector)) == 0
+    assert exit_status(photographs.arguments("--ortho", 0.1, "--blobs", table, "--detector", detector)) == 0
     row = next(csv.DictReader(table.read_text().splitlines()))
     assert (float(row["x_m"]), float(row["y_m"])) == pytest.approx(HOT_M, abs=0.2)
 
@@ -174,7 +174,7 @@ def test_autofocus_on_a_region_of_a_map(tmp_path: Path, capfd: pytest.CaptureFix
     poses.write_text(json.dumps({"images": entries}))
     options = ("--poses", poses, "--fov", 50, "--ortho", 0.1, "--out", tmp_path / "map.npy")
     focus = ("--autofocus", "-4,10", "--focus-region", "-4,-4,4,4", "--focus-tilt")
-    assert run(["integrate", str(folder), *map(str, (*options, *focus))]) == 0
+    assert exit_status(["integrate", str(folder), *map(str, (*options, *focus))]) == 0
     errors = capfd.readouterr().err
     assert "autofocus: z = 3." in errors or "autofocus: z = 2.9" in errors
     assert "° along y" in errors
@@ -230,7 +230,7 @@ def test_bad_options_are_named_and_write_nothing(
 ) -> None:
     monkeypatch.setattr("aos_gcs.cluster.CONNECT_TIMEOUT_S", 0.5)
     before = sorted(photographs.out.parent.iterdir())
-    assert run(photographs.arguments(*options)) == 2
+    assert exit_status(photographs.arguments(*options)) == 2
     errors = capfd.readouterr().err
     assert len(errors.splitlines()) == 1
     assert errors.startswith("aos-gcs: ")
@@ -251,12 +251,12 @@ def test_a_tag_that_all_photographs_lack_is_named(
 ) -> None:
     for name in list(photographs.tags):
         photographs.strip(name, tag)
-    assert run(photographs.arguments("--ortho", 1)) == 2
+    assert exit_status(photographs.arguments("--ortho", 1)) == 2
     assert_found(rf"None of the 6 photographs in .* can be used; 0\.jpg: {reason}", capfd.readouterr().err)
 
 
 def test_a_folder_without_photographs(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    assert run(["integrate", str(tmp_path), "--ortho", "1", "--out", str(tmp_path / "map.npy")]) == 2
+    assert exit_status(["integrate", str(tmp_path), "--ortho", "1", "--out", str(tmp_path / "map.npy")]) == 2
     assert "has no JPEG photographs (.jpg, .jpeg); for other images give their --poses" in capfd.readouterr().err
 
 
@@ -267,9 +267,9 @@ def test_a_map_whose_place_is_not_known_is_no_geotiff(
     rows = np.column_stack((np.diag([1.0, -1.0, -1.0]), [0.0, 0.0, HEIGHT_M])).tolist()
     poses.write_text(json.dumps({"images": [{"imagefile": "0.jpg", "M3x4": rows}]}))
     options = ("--poses", poses, "--fov", 60, "--plane-z", 0, "--ortho", 1)
-    assert run(photographs.arguments(*options)) == 2
+    assert exit_status(photographs.arguments(*options)) == 2
     assert "where the map lies on the earth is not known. Give the place" in capfd.readouterr().err
-    assert run(photographs.arguments(*options, "--origin", "48.3,14.3")) == 0
+    assert exit_status(photographs.arguments(*options, "--origin", "48.3,14.3")) == 0
     with rasterio.open(photographs.out) as dataset:
         assert dataset.crs.to_dict()["lat_0"] == 48.3
 
@@ -281,7 +281,7 @@ def test_a_world_that_looks_along_z_has_no_place(
     rows = np.column_stack((np.eye(3), [0.0, 0.0, HEIGHT_M])).tolist()
     poses.write_text(json.dumps({"images": [{"imagefile": "0.jpg", "M3x4": rows}]}))
     options = ("--poses", poses, "--fov", 60, "--plane-z", 0, "--ortho", 1, "--origin", "48.3,14.3")
-    assert run(photographs.arguments(*options)) == 2
+    assert exit_status(photographs.arguments(*options)) == 2
     assert "only a world of x east, y north, z up can be placed on the earth" in capfd.readouterr().err
     assert not photographs.out.exists()
 
@@ -298,7 +298,7 @@ def test_a_map_in_the_coordinates_of_its_terrain(photographs: Photographs, tmp_p
     rows = np.column_stack((R, -R @ [east_m, north_m, 5.0 + HEIGHT_M])).tolist()
     poses = tmp_path / "poses.json"
     poses.write_text(json.dumps({"images": [{"imagefile": "0.jpg", "M3x4": rows}]}))
-    assert run(photographs.arguments("--poses", poses, "--fov", 50, "--dem", dem, "--ortho", 0.5)) == 0
+    assert exit_status(photographs.arguments("--poses", poses, "--fov", 50, "--dem", dem, "--ortho", 0.5)) == 0
     with rasterio.open(photographs.out) as dataset:
         assert dataset.crs.to_epsg() == 32633
         centre = (np.array(dataset.bounds[:2]) + np.array(dataset.bounds[2:])) / 2
@@ -312,7 +312,7 @@ def test_pictures_of_large_maps_are_refused_before_the_work(
     capfd: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.setattr("aos_gcs.cli.result_options.MAX_PICTURE_CELLS", 1000)
-    assert run(photographs.arguments("--ortho", 0.2, "--png", tmp_path / "map.png")) == 2
+    assert exit_status(photographs.arguments("--ortho", 0.2, "--png", tmp_path / "map.png")) == 2
     assert_found(r"Cannot write .*map\.png: a picture of \d+ x \d+ pixels is too large", capfd.readouterr().err)
     assert not photographs.out.exists()
 
@@ -334,16 +334,16 @@ def test_broken_images_are_left_out_when_asked(tmp_path: Path, capfd: pytest.Cap
     fov_deg = math.degrees(CAMERA.horizontal_fov_rad)
     arguments = ["integrate", str(images), "--poses", str(poses), "--fov", str(fov_deg), "--plane-z", "0"]
     arguments += ["--ortho", "0.2", "--out", str(out)]
-    assert run(arguments) == 2
+    assert exit_status(arguments) == 2
     assert_found(r"0\.png is incomplete", capfd.readouterr().err)
     assert not out.exists()
-    assert run([*arguments, "--skip-broken"]) == 0
+    assert exit_status([*arguments, "--skip-broken"]) == 0
     errors = capfd.readouterr().err
     assert_found(r"1 of 4 images are skipped; 0\.png: The image .* is incomplete", errors)
     assert_found(r"1 of 3 images are skipped; 2\.png: The image .* has 60 x 50 pixels", errors)
     for path in images.iterdir():
         path.write_bytes(b"")
-    assert run([*arguments, "--skip-broken"]) == 2
+    assert exit_status([*arguments, "--skip-broken"]) == 2
     assert_found(r"None of the 4 images can be used; 0\.png", capfd.readouterr().err)
 
 

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from aos_gcs.cli import main
 from aos_gcs.lab.results import open_results
+from tests.fakes.command_line import exit_status
 
 SCENARIO = """
 forest_side_m = 40
@@ -25,9 +25,7 @@ def scenario(tmp_path: Path) -> Path:
 
 
 def code_of(*arguments: object) -> int:
-    with pytest.raises(SystemExit) as exit_of_main:
-        main(["lab", *map(str, arguments)])
-    return int(exit_of_main.value.code or 0)
+    return exit_status(["lab", *arguments])
 
 
 def test_a_campaign_runs_and_runs_no_second_time(

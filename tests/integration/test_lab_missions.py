@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from aos_gcs.airspace.limits import UNLIMITED
-from aos_gcs.cli import main
 from aos_gcs.lab.missions.store import MISSIONS_FILE
+from tests.fakes.command_line import exit_status
 
 SMALL = ("--densities", "20", "--vehicles", "3", "--side", "25", "--image-size", "128", "--errors", "none")
 STUDY = ("--missions", "1", "--no-person", "1", "--seed", "7")
@@ -17,9 +17,7 @@ STUDY = ("--missions", "1", "--no-person", "1", "--seed", "7")
 
 
 def command(*arguments: str) -> int:
-    with pytest.raises(SystemExit) as ended:
-        main(["--log-level", "error", "lab", "missions", *arguments])
-    return int(ended.value.code or 0)
+    return exit_status(["--log-level", "error", "lab", "missions", *arguments])
 
 
 @pytest.mark.timeout(600)

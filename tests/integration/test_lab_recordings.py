@@ -10,11 +10,10 @@ import cv2
 import numpy as np
 import pytest
 
-from aos_gcs.cli import main
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.geometry.projection import project_points
-from tests.fakes.recorded_flight import run
+from tests.fakes.command_line import exit_status
 
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "data"
 SIZE, FOV_DEG, GROUND_Z = 320, 50.0, 18.0
@@ -47,9 +46,7 @@ def write_recording(folder: Path, *, images: int = 9, marked: list[dict[str, Any
 
 
 def command(*arguments: str) -> int:
-    with pytest.raises(SystemExit) as ended:
-        main(["--log-level", "error", "lab", "recordings", *arguments])
-    return int(ended.value.code or 0)
+    return exit_status(["--log-level", "error", "lab", "recordings", *arguments])
 
 
 def results(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str, Any]:
@@ -175,7 +172,7 @@ def test_the_whole_recorded_flight_has_three_rows(tmp_path: Path) -> None:
     arguments = ["integrate", str(flight / "images"), "--poses", str(flight / "poses.json")]
     arguments += ["--fov", "50.815436217896945", "--dem", str(SHARED / "F0" / "dem_lr.obj.gz"), "--dem-offset", "-1"]
     arguments += ["--ortho", "0.1", "--out", str(tmp_path / "map.npy"), "--blobs", str(table)]
-    assert run([*arguments, "--thumbnails", str(tmp_path / "rows")]) == 0
+    assert exit_status([*arguments, "--thumbnails", str(tmp_path / "rows")]) == 0
     rows = list(csv.DictReader(table.read_text().splitlines()))
     places = [(person["x_m"], person["y_m"]) for person in json.loads((flight / "persons.json").read_text())["persons"]]
     assert len(rows) == len(places)

@@ -6,13 +6,13 @@ from pathlib import Path
 import pyarrow as pa
 import pytest
 
-from aos_gcs.cli import main
 from aos_gcs.cli.lab import reproduce as command
 from aos_gcs.lab import document, report, studies, workers
 from aos_gcs.lab.bound import ORACLE
 from aos_gcs.lab.document import BEGIN_MARK, END_MARK, FIGURES
 from aos_gcs.lab.results import ResultFolder
 from aos_gcs.lab.studies import BETTER, STUDIES
+from tests.fakes.command_line import exit_status
 from tests.fakes.lab_rows import run_at
 
 NEEDED = ("integral", "static-300", "static-400", "static-500", "walking-1.5", "walking-4")
@@ -47,9 +47,7 @@ def _nothing_is_flown_or_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def reproduce(*options: object) -> int:
-    with pytest.raises(SystemExit) as exit_of_main:
-        main(["lab", "reproduce", "--initialisations", "3", *map(str, options)])
-    return int(exit_of_main.value.code or 0)
+    return exit_status(["lab", "reproduce", "--initialisations", "3", *options])
 
 
 @pytest.mark.parametrize("names", [NEEDED, pytest.param(EVERY, marks=pytest.mark.slow)], ids=len)

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from aos_gcs.cli import main
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.lab.search.model import Conditions, Method, plan_for
 from aos_gcs.lab.search.store import RESULTS_FILE
@@ -17,14 +16,13 @@ from aos_gcs.lab.search.study import search_flight
 from aos_gcs.planning.check import check_plan
 from aos_gcs.planning.estimate import estimate_plan
 from aos_gcs.planning.settings import MissionSettings
+from tests.fakes.command_line import exit_status
 
 SMALL = ("--searches", "2", "--densities", "150", "--hectares", "0.25", "--vehicles", "2", "--passes", "2")
 
 
 def command(*arguments: str) -> int:
-    with pytest.raises(SystemExit) as ended:
-        main(["--log-level", "error", "lab", "search", *arguments])
-    return int(ended.value.code or 0)
+    return exit_status(["--log-level", "error", "lab", "search", *arguments])
 
 
 def test_persons_are_searched_for_by_all_flights_and_written_down(

@@ -14,9 +14,9 @@ import pytest
 from aos_drivers.links.address import parse_link
 from aos_drivers.mavlink.doctor.command import examine
 from aos_drivers.mavlink.doctor.diagnosis import Level, diagnose
-from aos_gcs.cli import main
 from aos_gcs.clock import LoopClock
 from tests.fakes.air import HOST, Air
+from tests.fakes.command_line import exit_status
 from tests.fakes.mavlink_vehicle import FakeVehicle
 from tests.fakes.mission_flight import InlineExecutor
 
@@ -62,9 +62,7 @@ async def test_a_vehicle_that_sends_to_another_usual_port_is_found_there() -> No
 
 
 def run(arguments: list[str]) -> int | str | None:
-    with pytest.raises(SystemExit) as left:
-        main(["doctor", *arguments])
-    return left.value.code
+    return exit_status(["doctor", *arguments])
 
 
 @pytest.mark.parametrize("port", [PORT, None])

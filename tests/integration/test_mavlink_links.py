@@ -21,18 +21,13 @@ from aos_gcs.clock import LoopClock
 from aos_gcs.errors import CommandRefusedError, ConfigurationError, LinkError
 from aos_gcs.ports import DriverContext, Fleet, Hold, Land, Notice, Severity
 from tests.fakes.mavlink_vehicle import FakeVehicle
+from tests.fakes.program import unused_port
 from tests.timing import scaled_s
 
 HOST = "127.0.0.1"
 KEY = bytes(range(32))
 PATIENT_S = 900.0
 """Deadline in clock seconds, ten to a real one, for what happens at once on an idle machine."""
-
-
-def free_port(kind: socket.SocketKind) -> int:
-    with socket.socket(socket.AF_INET, kind) as probe:
-        probe.bind((HOST, 0))
-        return int(probe.getsockname()[1])
 
 
 def make_context(**settings: object) -> tuple[DriverContext, list[Notice]]:
@@ -72,7 +67,7 @@ async def open_vehicle(system_id: int, *, driver_port: int | None = None) -> Udp
 
 async def test_vehicles_on_one_udp_port_get_their_own_commands_and_all_is_logged(tmp_path: Path) -> None:
     context, _notices = make_context(log_folder=tmp_path)
-    port = free_port(socket.SOCK_DGRAM)
+    port = unused_port()
     async with open_mavlink([f"udpin://{HOST}:{port}"], context) as fleet:
         peers = [await open_vehicle(number, driver_port=port) for number in (1, 2, 3)]
         for peer in peers:
@@ -132,7 +127,7 @@ async def test_tcpout_comes_back_after_a_broken_connection() -> None:
 
 async def test_tcpin_serves_vehicles_that_call() -> None:
     context, _notices = make_context()
-    port = free_port(socket.SOCK_STREAM)
+    port = unused_port(socket.SOCK_STREAM)
     async with open_mavlink([f"tcpin://{HOST}:{port}"], context) as fleet:
         reader, writer = await asyncio.open_connection(HOST, port)
         talking = asyncio.create_task(talk_tcp(reader, writer, FakeVehicle(6)))
@@ -148,7 +143,7 @@ async def test_a_signed_link_commands_a_vehicle_that_verifies_and_ignores_one_th
     key_file = tmp_path / "mavlink.key"
     key_file.touch(mode=0o600)
     key_file.write_text(KEY.hex())
-    port = free_port(socket.SOCK_DGRAM)
+    port = unused_port()
     async with open_mavlink([f"udpin://{HOST}:{port}?sign={key_file}"], context) as fleet:
         signing, unsigned = await open_vehicle(1, driver_port=port), await open_vehicle(2, driver_port=port)
         signing.vehicle.encoder.sign(KEY, context.clock.utc_s())
@@ -165,7 +160,7 @@ async def test_a_signed_link_commands_a_vehicle_that_verifies_and_ignores_one_th
 
 async def test_a_vehicle_on_two_links_is_commanded_over_the_one_that_lives() -> None:
     context, notices = make_context()
-    ports = [free_port(socket.SOCK_DGRAM), free_port(socket.SOCK_DGRAM)]
+    ports = [unused_port(), unused_port()]
     vehicle = FakeVehicle(1)
     async with open_mavlink([f"udpin://{HOST}:{port}" for port in ports], context) as fleet:
         ends = [await open_vehicle(1, driver_port=port) for port in ports]
@@ -290,7 +285,7 @@ async def enter(links: list[str], context: DriverContext) -> None:
 
 async def test_nobody_at_the_other_end_of_tcpout_is_a_link_error() -> None:
     context, _notices = make_context()
-    port = free_port(socket.SOCK_STREAM)
+    port = unused_port(socket.SOCK_STREAM)
     with pytest.raises(LinkError, match=f"tcpout://{HOST}:{port} cannot be opened"):
         await enter([f"tcpout://{HOST}:{port}"], context)
 
@@ -302,7 +297,7 @@ async def test_no_link_and_an_unwritable_log_folder_are_configuration_errors(tmp
     (tmp_path / "file").write_text("")
     context, _notices = make_context(log_folder=tmp_path / "file")
     with pytest.raises(ConfigurationError, match="choose another log folder"):
-        await enter([f"udpin://{HOST}:{free_port(socket.SOCK_DGRAM)}"], context)
+        await enter([f"udpin://{HOST}:{unused_port()}"], context)
 
 
 async def test_errors_of_the_body_come_through_as_they_are() -> None:
@@ -313,7 +308,7 @@ async def test_errors_of_the_body_come_through_as_they_are() -> None:
         raise CommandRefusedError("as it is")
 
     async def run() -> None:
-        async with open_mavlink([f"udpin://{HOST}:{free_port(socket.SOCK_DGRAM)}"], context) as fleet:
+        async with open_mavlink([f"udpin://{HOST}:{unused_port()}"], context) as fleet:
             await body(fleet)
 
     with pytest.raises(CommandRefusedError, match="as it is"):

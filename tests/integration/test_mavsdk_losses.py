@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import socket
 
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
@@ -15,6 +14,7 @@ from aos_gcs.clock import LoopClock
 from aos_gcs.ports import DriverContext
 from aos_sim.camera.synthetic import CheckerboardGround
 from aos_sim.swarm import SimulatedSwarm, SwarmOptions
+from tests.fakes.program import unused_port
 from tests.fakes.sim_errors import POSITIONS_ERR
 from tests.timing import scaled_s
 
@@ -34,9 +34,7 @@ async def test_a_lost_message_about_an_image_is_asked_for_again(monkeypatch: pyt
             deliver(feeder, packet)
 
     monkeypatch.setattr(core.Feeder, "feed", lose_first)
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
+    port = unused_port()
     clock = LoopClock(SPEED)
     options = SwarmOptions(
         vehicles=1,

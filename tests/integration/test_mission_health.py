@@ -12,16 +12,10 @@ from aos_gcs.mission.model.events import NoticeRecord
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.ports import FlightMode, Severity
+from tests.fakes.hand_time import stand_still
 from tests.fakes.mission_flight import flying, prepare
 
 pytestmark = pytest.mark.looptime
-
-
-def stand_still(monkeypatch: pytest.MonkeyPatch, duration_s: float) -> None:
-    """Let time pass at once, as when something blocks the loop."""
-    loop = asyncio.get_running_loop()
-    time = loop.time
-    monkeypatch.setattr(loop, "time", lambda: time() + duration_s)
 
 
 async def test_the_pulse_is_healthy_only_while_it_beats() -> None:

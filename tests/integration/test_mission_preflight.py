@@ -9,7 +9,7 @@ from aos_gcs.airspace.limits import SafetyOverrides
 from aos_gcs.errors import MissionError
 from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.mission.model.actions import Action
-from aos_gcs.mission.model.checks import CheckStatus, PreflightCheck
+from aos_gcs.mission.model.checks import CheckStatus
 from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.preflight import checks
 from aos_gcs.mission.preflight.overrides import BY_CONFIGURATION
@@ -28,11 +28,6 @@ SETS_RETURN = PreflightSettings(upload_fence=True, set_return_height=True)
 OFF = Safeguard(False, "none (FS_GCS_ENABLE = 0)", "set FS_GCS_ENABLE to 1")
 
 
-def check_of(flight: Flight, vehicle_id: int, name: str) -> PreflightCheck:
-    found = {(check.vehicle_id, check.name): check for check in flight.view.snapshot().preflight}
-    return found[vehicle_id, name]
-
-
 async def until_ready(flight: Flight) -> None:
     await flight.until(lambda: flight.mission.phase is Phase.READY)
 
@@ -46,7 +41,7 @@ async def test_a_good_fleet_shows_every_check_of_every_vehicle() -> None:
             (vehicle_id, name) for vehicle_id in (1, 2) for name in checks.ORDER if name not in OVER_RELIEF
         ]
         assert {check.status for check in matrix if check.name != checks.CLOCK} == {CheckStatus.PASS}
-        assert check_of(flight, 1, checks.CAMERA).text == (
+        assert flight.check(1, checks.CAMERA).text == (
             "96 x 96, red green blue thermal, 90° below the horizon, 0.0 m from the vehicle"
         )
         await flight.commands.act(Action.ABORT, None)
@@ -62,7 +57,7 @@ async def test_launch_points_are_two_metres_apart_whether_the_separation_is_writ
     second.home_enu_m = second.start_enu_m = second.goal_enu_m = first.home_enu_m + np.array([1.8, 0.0, 0.0])
     async with flying(flight) as run:
         await flight.until(lambda: bool(flight.view.snapshot().preflight))
-        assert check_of(flight, 2, checks.LAUNCH_POINT).status is CheckStatus.FAIL
+        assert flight.check(2, checks.LAUNCH_POINT).status is CheckStatus.FAIL
         await flight.commands.act(Action.ABORT, None)
         await run
 
@@ -110,7 +105,7 @@ async def test_a_fence_is_not_written_unless_told_to() -> None:
     flight = prepare(n=2, preflight=PreflightSettings(), **BY_HAND)
     async with flying(flight) as run:
         await flight.clock.sleep(10.0)
-        check = check_of(flight, 1, checks.GEOFENCE)
+        check = flight.check(1, checks.GEOFENCE)
         assert (check.status, check.text, check.overridable) == (CheckStatus.FAIL, "none", True)
         assert "preflight.upload_fence" in check.remedy
         assert [vehicle.uploads for vehicle in flight.fleet.members.values()] == [0, 0]
@@ -124,7 +119,7 @@ async def test_what_is_off_refuses_the_launch_until_it_is_on_or_overridden() -> 
     flight.fleet.members[2].facts = {"link_loss": OFF}
     async with flying(flight) as run:
         await flight.clock.sleep(10.0)
-        assert check_of(flight, 1, checks.LINK_LOSS).describe() == (
+        assert flight.check(1, checks.LINK_LOSS).describe() == (
             "vehicle 1, link-loss failsafe: none (FS_GCS_ENABLE = 0); set FS_GCS_ENABLE to 1"
         )
         with pytest.raises(MissionError, match="preflight has not passed"):
@@ -165,8 +160,8 @@ async def test_a_fence_that_a_vehicle_denies_is_told_in_its_words() -> None:
     flight.fleet.members[2].refuses = frozenset({Geofence})
     async with flying(flight) as run:
         await flight.clock.sleep(10.0)
-        assert check_of(flight, 2, checks.GEOFENCE).remedy.endswith("points: no space")
-        assert check_of(flight, 1, checks.GEOFENCE).status is CheckStatus.PASS
+        assert flight.check(2, checks.GEOFENCE).remedy.endswith("points: no space")
+        assert flight.check(1, checks.GEOFENCE).status is CheckStatus.PASS
         flight.fleet.members[2].refuses = frozenset()
         await until_ready(flight)
         await flight.commands.act(Action.ABORT, None)
@@ -194,7 +189,7 @@ async def test_return_heights_are_those_of_the_layers_until_all_have_landed() ->
     async with flying(flight) as run:
         await until_ready(flight)
         assert [first.return_height_m, second.return_height_m] == pytest.approx([35.0, 37.5], abs=0.1)
-        assert check_of(flight, 2, checks.RETURN_HEIGHT).text.startswith("37.5")
+        assert flight.check(2, checks.RETURN_HEIGHT).text.startswith("37.5")
         assert [(record.vehicle_id, record.former, record.is_restored) for record in flight.recorder.settings] == [
             (1, {"RTL_ALT": 6000.0}, False),
             (2, {"RTL_ALT": 3000.0}, False),
@@ -225,10 +220,10 @@ async def test_return_heights_are_not_written_unless_told_to_but_refuse_the_laun
     flight.fleet.members[2].return_height_m = 60.0
     async with flying(flight) as run:
         await flight.clock.sleep(10.0)
-        check = check_of(flight, 2, checks.RETURN_HEIGHT)
+        check = flight.check(2, checks.RETURN_HEIGHT)
         assert (check.status, check.text, check.overridable) == (CheckStatus.FAIL, "60 m", True)
         assert "preflight.set_return_height" in check.remedy
-        assert check_of(flight, 1, checks.RETURN_HEIGHT).status is CheckStatus.PASS
+        assert flight.check(1, checks.RETURN_HEIGHT).status is CheckStatus.PASS
         assert flight.fleet.members[2].return_height_m == 60.0
         flight.fleet.members[2].return_height_m = 37.5
         await until_ready(flight)
@@ -243,7 +238,7 @@ async def test_who_keeps_its_return_height_does_not_start_and_who_is_lost_is_nam
     second.keeps_return_height = True
     async with flying(flight) as run:
         await flight.clock.sleep(10.0)
-        check = check_of(flight, 2, checks.RETURN_HEIGHT)
+        check = flight.check(2, checks.RETURN_HEIGHT)
         assert (check.text, check.remedy) == ("30 m, change refused", "it keeps RTL_ALT")
         second.keeps_return_height = False
         await until_ready(flight)
@@ -260,8 +255,8 @@ async def test_a_vehicle_that_falls_silent_is_not_asked_but_fails() -> None:
     flight.fleet.members[2].silent_since_s = flight.clock.now_s()
     async with flying(flight) as run:
         await flight.clock.sleep(8.0)
-        assert check_of(flight, 2, checks.LINK).status is CheckStatus.FAIL
-        assert check_of(flight, 2, checks.GEOFENCE).status is CheckStatus.FAIL
+        assert flight.check(2, checks.LINK).status is CheckStatus.FAIL
+        assert flight.check(2, checks.GEOFENCE).status is CheckStatus.FAIL
         assert flight.fleet.members[1].uploads == 1
         await flight.commands.act(Action.ABORT, None)
         await run
@@ -276,6 +271,6 @@ async def test_launch_points_behind_one_another_get_layers_from_the_front_up() -
     async with flying(flight) as run:
         await until_ready(flight)
         assert [vehicle.layer_height_m for vehicle in flight.view.snapshot().vehicles] == [40.0, 37.5, 35.0]
-        assert check_of(flight, 1, checks.DESCENT).status is CheckStatus.PASS
+        assert flight.check(1, checks.DESCENT).status is CheckStatus.PASS
         await flight.commands.act(Action.ABORT, None)
         await run

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from aos_gcs.cli import main
 from aos_gcs.clock import LoopClock
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.vehicles import SettingsRecord
@@ -16,6 +15,7 @@ from aos_gcs.planning.settings import PreflightSettings
 from aos_gcs.runtime.restoring import Restoration, restore_all
 from aos_gcs.store.recorder import MissionRecorder
 from aos_gcs.store.return_settings import unrestored_settings
+from tests.fakes.command_line import exit_status
 from tests.fakes.fleet import FakeFleet
 from tests.fakes.mission_flight import flying, prepare
 
@@ -103,6 +103,4 @@ def test_the_command_says_what_is_to_be_set_by_hand(tmp_path: Path, capsys: pyte
 
 
 def command(file: Path) -> object:
-    with pytest.raises(SystemExit) as ended:
-        main(["restore", str(file), "--wait", "1"])
-    return ended.value.code
+    return exit_status(["restore", str(file), "--wait", "1"])

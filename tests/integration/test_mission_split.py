@@ -17,12 +17,12 @@ from aos_gcs.mission.model.steps import StepRecord
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.search.splitting import NEAR_M
 from aos_gcs.planning.settings import DetectionSettings, FlightSettings, PreflightSettings, SearchSettings
-from aos_gcs.ports import FlightMode, Goto
+from aos_gcs.ports import Goto
 from aos_gcs.runtime.verification import Verification, verify_mission
 from aos_gcs.runtime.virtual_time import run as run_virtually
 from aos_gcs.store.reader import MissionReader
 from tests.fakes.fleet import FakeVehicle
-from tests.fakes.mission_flight import EXACT, Flight, flying, prepare
+from tests.fakes.mission_flight import EXACT, Flight, flying, lose, prepare, take_over
 from tests.fakes.recorded_search import write_search
 
 virtual = pytest.mark.looptime
@@ -221,15 +221,6 @@ async def test_a_vehicle_that_scans_and_is_paused_alone_stops_at_once() -> None:
         assert flight.fleet.members[chosen].position_enu_m() == pytest.approx(paused_m, abs=0.01)
         await flight.commands.act(Action.ABORT, None)
         await run
-
-
-def take_over(vehicle: FakeVehicle) -> None:
-    vehicle.fly_to(vehicle.position_enu_m())
-    vehicle.mode, vehicle.taken_over = FlightMode.HOLD, "its mode changed to LOITER"
-
-
-def lose(vehicle: FakeVehicle) -> None:
-    vehicle.silent_since_s = vehicle.clock.now_s()
 
 
 def drain(vehicle: FakeVehicle) -> None:

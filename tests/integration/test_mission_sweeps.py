@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from aos_gcs.airspace.limits import UNLIMITED, SafetyOverrides
-from aos_gcs.cli import main
 from aos_gcs.imaging.geolocation import Uncertainty
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.phase import Outcome, Phase
@@ -17,10 +16,11 @@ from aos_gcs.mission.model.steps import StepRecord
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.search.flight_frames import FIRST_STEPS
 from aos_gcs.planning.settings import DetectionSettings, SearchMode, SearchSettings
-from aos_gcs.ports import Capture, FlightMode, Goto
+from aos_gcs.ports import Capture, Goto
 from aos_gcs.runtime.virtual_time import run as run_virtually
+from tests.fakes.command_line import exit_status
 from tests.fakes.fleet import FakeVehicle
-from tests.fakes.mission_flight import EXACT, Flight, flying, prepare
+from tests.fakes.mission_flight import EXACT, Flight, flying, lose, prepare, take_over
 from tests.fakes.recorded_search import write_search
 
 virtual = pytest.mark.looptime
@@ -160,15 +160,6 @@ async def test_a_return_in_the_middle_of_a_leg_brings_all_home() -> None:
     assert [flight.task(number) for number in (1, 2, 3, 4)] == [Task.LANDED] * 4
 
 
-def take_over(vehicle: FakeVehicle) -> None:
-    vehicle.fly_to(vehicle.position_enu_m())
-    vehicle.mode, vehicle.taken_over = FlightMode.HOLD, "its mode changed to LOITER"
-
-
-def lose(vehicle: FakeVehicle) -> None:
-    vehicle.silent_since_s = vehicle.clock.now_s()
-
-
 @virtual
 @pytest.mark.parametrize("strike", [take_over, lose])
 async def test_the_others_fly_on_without_one_that_a_pilot_takes_or_that_is_lost(strike: object) -> None:
@@ -302,7 +293,6 @@ def test_a_continuous_search_is_computed_again_and_identical(
         write_search(tmp_path / "mission", flight.recorder)
 
     run_virtually(fly())
-    with pytest.raises(SystemExit) as ended:
-        main(["--log-level", "error", "replay", str(tmp_path / "mission"), "--verify"])
+    status = exit_status(["--log-level", "error", "replay", str(tmp_path / "mission"), "--verify"])
     assert capsys.readouterr().out.startswith("identical: ")
-    assert not ended.value.code
+    assert status == 0

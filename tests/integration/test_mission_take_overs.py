@@ -8,17 +8,9 @@ from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.ports import FlightMode, Land, LandedState, ReturnToLaunch, Severity
-from tests.fakes.fleet import FakeVehicle
-from tests.fakes.mission_flight import Flight, flying, prepare
+from tests.fakes.mission_flight import Flight, flying, prepare, take_over
 
 pytestmark = pytest.mark.looptime
-
-
-def take_over(vehicle: FakeVehicle, mode: FlightMode = FlightMode.HOLD) -> int:
-    """Have a pilot stop vehicle 3 in a mode that hovers; return how many commands it has been sent."""
-    vehicle.fly_to(vehicle.position_enu_m())
-    vehicle.mode, vehicle.taken_over = mode, "its mode changed to LOITER"
-    return len(vehicle.commands)
 
 
 def critical_texts(flight: Flight) -> list[str]:

@@ -9,7 +9,7 @@ from aos_gcs.airspace.limits import SafetyOverrides
 from aos_gcs.api.convert.mission import allowed_actions
 from aos_gcs.errors import MissionError
 from aos_gcs.mission.model.actions import Action
-from aos_gcs.mission.model.checks import CheckStatus, PreflightCheck
+from aos_gcs.mission.model.checks import CheckStatus
 from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.preflight import checks
@@ -28,11 +28,6 @@ def commanded(flight: Flight) -> set[int]:
 
 def layers_m(flight: Flight) -> list[float | None]:
     return [vehicle.layer_height_m for vehicle in flight.view.snapshot().vehicles]
-
-
-def check_of(flight: Flight, vehicle_id: int, name: str) -> PreflightCheck:
-    found = {(check.vehicle_id, check.name): check for check in flight.view.snapshot().preflight}
-    return found[vehicle_id, name]
 
 
 @pytest.mark.parametrize(
@@ -58,10 +53,10 @@ async def test_without_names_nothing_starts_until_an_operator_has_chosen() -> No
     async with flying(flight) as run:
         await flight.until(lambda: bool(flight.view.snapshot().preflight))
         await flight.clock.sleep(10.0)
-        check = check_of(flight, checks.MISSION, checks.VEHICLES)
+        check = flight.check(checks.MISSION, checks.VEHICLES)
         assert (check.status, check.text) == (CheckStatus.FAIL, "3 planned, heard: 1, 2, 3, 4, 5")
         assert layers_m(flight) == [35.0, 37.5, 40.0, None, None]  # proposed, and nothing is written
-        assert check_of(flight, 1, checks.DESCENT).status is not CheckStatus.FAIL
+        assert flight.check(1, checks.DESCENT).status is not CheckStatus.FAIL
         assert [vehicle.uploads for vehicle in flight.fleet.members.values()] == [0] * 5
         assert [vehicle.return_height_m for vehicle in flight.fleet.members.values()] == [30.0] * 5
         with pytest.raises(MissionError, match="preflight has not passed"):
@@ -111,7 +106,7 @@ async def test_more_vehicles_than_fit_below_the_ceiling_do_not_launch() -> None:
         await flight.until(lambda: layers_m(flight)[3] == 42.5)
         await flight.clock.sleep(10.0)
         assert flight.mission.phase is Phase.PREFLIGHT
-        check = check_of(flight, 4, checks.ALTITUDE_LAYER)
+        check = flight.check(4, checks.ALTITUDE_LAYER)
         assert (check.status, check.text) == (CheckStatus.FAIL, "42.5 m, outside of 30 to 41 m")
         await flight.commands.act(Action.ABORT, None)
         await run
@@ -149,12 +144,12 @@ async def test_a_passer_by_in_a_layer_blocks_until_it_is_no_longer_heard() -> No
     passer_by.start_enu_m = passer_by.goal_enu_m = np.array([0.0, 40.0, 36.0])
     async with flying(flight) as run:
         await flight.clock.sleep(10.0)
-        assert check_of(flight, 1, checks.ALTITUDE_LAYER).remedy == (
+        assert flight.check(1, checks.ALTITUDE_LAYER).remedy == (
             "vehicle 4 has it or flies in it: land that vehicle first"
         )
         passer_by.silent_since_s = flight.clock.now_s()
         await flight.until(lambda: flight.mission.phase is Phase.READY)
-        check = check_of(flight, 1, checks.ALTITUDE_LAYER)
+        check = flight.check(1, checks.ALTITUDE_LAYER)
         assert check.status is CheckStatus.WARN
         assert "vehicle 4 flew in it when last heard" in check.remedy
         await flight.commands.act(Action.ABORT, None)

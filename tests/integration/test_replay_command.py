@@ -9,7 +9,7 @@ from pathlib import Path
 import httpx
 import pytest
 
-from aos_gcs.cli import main
+from tests.fakes.command_line import exit_status
 from tests.fakes.program import running
 from tests.fakes.recording import record
 
@@ -30,8 +30,6 @@ async def test_a_recorded_mission_is_served_until_ctrl_c(tmp_path: Path) -> None
 
 
 def test_a_folder_without_a_mission_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as stopped:
-        main(["--log-level", "error", "replay", str(tmp_path)])
-    assert stopped.value.code == 2
+    assert exit_status(["--log-level", "error", "replay", str(tmp_path)]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert "is not a mission folder" in line

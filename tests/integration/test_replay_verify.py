@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from aos_gcs.cli import main
 from aos_gcs.errors import WorkerError
 from aos_gcs.imaging.model import Frame
 from aos_gcs.mission.model.actions import Action
@@ -30,6 +29,7 @@ from aos_gcs.runtime.virtual_time import run
 from aos_gcs.store.images import encode_image
 from aos_gcs.store.reader import MissionReader
 from aos_gcs.store.schema import DATABASE_NAME
+from tests.fakes.command_line import exit_status
 from tests.fakes.mission_flight import Flight, flying, prepare
 from tests.fakes.recorded_search import write_search
 
@@ -60,10 +60,9 @@ def copy(recorded: Path, tmp_path: Path) -> Path:
 
 def verify(folder: Path, capsys: pytest.CaptureFixture[str]) -> tuple[int, str]:
     """Return the exit status of the command, and what it prints."""
-    with pytest.raises(SystemExit) as ended:
-        main(["--log-level", "error", "replay", str(folder), "--verify"])
+    status = exit_status(["--log-level", "error", "replay", str(folder), "--verify"])
     printed = capsys.readouterr()
-    return int(ended.value.code or 0), printed.out + printed.err
+    return status, printed.out + printed.err
 
 
 def change(database: Database, table: str, column: str, edit: Callable[[Any], None]) -> None:

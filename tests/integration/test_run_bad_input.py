@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from aos_gcs.cli import main
 from aos_gcs.lab.worlds import ErrorGrade
 from aos_gcs.runtime import demo
 from aos_sim.errors.model import error_model
 from aos_sim.swarm import SwarmOptions
 from aos_sim.world.scene import SceneParameters
+from tests.fakes.command_line import exit_status
 
 HOST = "127.0.0.1"
 CONFIGURATION = """
@@ -51,10 +51,9 @@ def refusal(threaded_workers: None, tmp_path: Path, capsys: pytest.CaptureFixtur
     """Run a command that must be refused, and return the one sentence that it says."""
 
     def run(*arguments: str) -> str:
-        with pytest.raises(SystemExit) as stop:
-            main(["--log-level", "error", *arguments])
+        status = exit_status(["--log-level", "error", *arguments])
         output = capsys.readouterr()
-        assert stop.value.code == 2
+        assert status == 2
         assert output.out == ""
         assert not [path for path in (tmp_path / "missions").glob("*") if path.is_dir()]
         (sentence,) = output.err.splitlines()
@@ -215,9 +214,7 @@ def test_a_plan_says_how_the_aperture_suits_the_forest(
     file = tmp_path / "mission.toml"
     forest = "[forest]\ncanopy_height_m = 18\ncrown_base_m = 6\n"
     file.write_text(CONFIGURATION.format(port=free_port, folder=tmp_path / "missions") + forest, encoding="utf-8")
-    with pytest.raises(SystemExit) as stop:
-        main(["--log-level", "error", "run", str(file), "--plan"])
-    assert stop.value.code == 0
+    assert exit_status(["--log-level", "error", "run", str(file), "--plan"]) == 0
     output = capsys.readouterr().out
     assert output.startswith("c4 4.2 m (useful from 4.4 m), 2 vehicles")
     assert "10 reach 95%" in output

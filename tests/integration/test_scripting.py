@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib.util
 import math
-import socket
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from dataclasses import replace
@@ -21,6 +20,7 @@ from aos_gcs.scripting import ScriptOptions, open_swarm
 from aos_sim.camera.synthetic import CheckerboardGround
 from aos_sim.swarm import DEFAULT_ORIGIN, SimulatedSwarm
 from aos_sim.swarm import SwarmOptions as SimulatorOptions
+from tests.fakes.program import unused_port
 from tests.fakes.relief import hill, terrain, write_relief
 from tests.timing import scaled_s
 
@@ -72,9 +72,7 @@ def options(vehicles: int, driver: str = "mavlink") -> ScriptOptions:
 
 @asynccontextmanager
 async def simulator(vehicles: int) -> AsyncIterator[tuple[SimulatedSwarm, list[str]]]:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
+    port = unused_port()
     settings = SimulatorOptions(
         vehicles=vehicles,
         links=(f"udpout://127.0.0.1:{port}",),

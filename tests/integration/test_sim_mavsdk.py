@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import socket
 from collections.abc import Awaitable, Callable
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
@@ -26,6 +25,7 @@ from mavsdk.asyncio.plugins.param import ParamAsync
 from mavsdk.asyncio.plugins.telemetry import TelemetryAsync
 from mavsdk.component_type import ComponentType
 
+from tests.fakes.program import unused_port
 from tests.fakes.sim_errors import POSITIONS_ERR
 from tests.timing import scaled_s
 
@@ -62,16 +62,10 @@ async def until(condition: Callable[[], Awaitable[bool]], limit_s: float = 15.0)
             await asyncio.sleep(0.05)
 
 
-def free_port() -> int:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
-
-
 @asynccontextmanager
 async def flight(flavour: str, vehicles: int):
     """A simulated swarm and the client's view of each of its vehicles, all on one port of the client."""
-    port = free_port()
+    port = unused_port()
     options = SwarmOptions(
         vehicles=vehicles,
         links=(f"udpout://127.0.0.1:{port}",),

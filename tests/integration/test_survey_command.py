@@ -18,15 +18,14 @@ import numpy as np
 import pymap3d
 import pytest
 
-from aos_gcs.cli import main
 from aos_gcs.examination.survey_mission import SurveyMission
 from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.store.database import MissionDatabase
 from aos_gcs.store.reader import MissionReader
 from aos_gcs.surveys.photos import read_photos
 from aos_gcs.surveys.projected import ProjectedSystem
+from tests.fakes.command_line import exit_status
 from tests.fakes.program import running
-from tests.fakes.recorded_flight import run
 from tests.fakes.recording import record
 from tests.fakes.survey_flight import CAMERA, HOT_M, TAKEOFF, Photographs
 
@@ -44,7 +43,7 @@ def photographs(tmp_path: Path) -> Photographs:
 def survey(capfd: pytest.CaptureFixture[str], folder: Path, *options: object) -> dict[str, Any]:
     """Examine a folder without a dashboard, and return what is printed."""
     capfd.readouterr()
-    assert run(["--log-level", "error", "survey", str(folder), "--headless", "--json", *map(str, options)]) == 0
+    assert exit_status(["--log-level", "error", "survey", str(folder), "--headless", "--json", *map(str, options)]) == 0
     result: dict[str, Any] = json.loads(capfd.readouterr().out)
     return result
 
@@ -52,7 +51,7 @@ def survey(capfd: pytest.CaptureFixture[str], folder: Path, *options: object) ->
 def error(capfd: pytest.CaptureFixture[str], folder: Path, *options: object) -> str:
     """Return why a folder is refused, in one line."""
     capfd.readouterr()
-    assert run(["--log-level", "error", "survey", str(folder), "--headless", *map(str, options)]) == 2
+    assert exit_status(["--log-level", "error", "survey", str(folder), "--headless", *map(str, options)]) == 2
     (line,) = [line for line in capfd.readouterr().err.splitlines() if line.startswith("aos-gcs: ")]
     return line
 
@@ -142,7 +141,7 @@ def test_an_examination_that_was_ended_goes_on(
     with monkeypatch.context() as patched:
         patched.setattr(SurveyMission, "observe", interrupted)
         arguments = ["survey", str(photographs.images), "--headless", "--json", "--out", str(ended)]
-        assert run(["--log-level", "error", *arguments]) == 130
+        assert exit_status(["--log-level", "error", *arguments]) == 130
     with MissionReader(ended) as reader:
         # The third is in the record, but not in its state.
         assert len(reader.steps()) == 3
@@ -230,7 +229,7 @@ def test_one_program_at_a_time_continues_a_survey(photographs: Photographs, capf
     fcntl.flock(folder, fcntl.LOCK_EX)
     try:
         capfd.readouterr()
-        assert run(["--log-level", "error", "survey", first["folder"], "--port", "0"]) == 2
+        assert exit_status(["--log-level", "error", "survey", first["folder"], "--port", "0"]) == 2
         assert "is open in another aos-gcs survey: end that first" in capfd.readouterr().err
         # What was found can be printed all the same.
         assert survey(capfd, photographs.images) == first
@@ -267,9 +266,7 @@ def test_a_detector_that_cannot_be_applied_says_what_is_missing(
 
 async def test_a_mission_is_shown_by_replay(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     await record(tmp_path / "mission")
-    with pytest.raises(SystemExit) as stop:
-        main(["--log-level", "error", "survey", str(tmp_path / "mission")])
-    assert stop.value.code == 2
+    assert exit_status(["--log-level", "error", "survey", str(tmp_path / "mission")]) == 2
     assert "is the record of a mission: show it with aos-gcs replay" in capfd.readouterr().err
 
 

@@ -18,10 +18,10 @@ from urllib.parse import parse_qs, urlsplit
 
 import pytest
 
-from aos_gcs.cli import main
 from aos_gcs.sharing.settings import TakSettings
 from aos_gcs.sharing.tak import enrolment
 from aos_gcs.sharing.tak.connection import tls_context
+from tests.fakes.command_line import exit_status
 from tests.fakes.sharing import make_authority, make_certificate
 
 x509 = pytest.importorskip("cryptography.x509")
@@ -143,9 +143,7 @@ def station(authority: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 
 
 def run(*arguments: object) -> int:
-    with pytest.raises(SystemExit) as stop:
-        main(["tak-enrol", *map(str, arguments)])
-    return int(stop.value.code or 0)
+    return exit_status(["tak-enrol", *arguments])
 
 
 def test_the_files_of_the_configuration_are_written_for_their_owner_only(

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.fakes.command_line import exit_status
 from tests.fakes.elevation_files import PLACE_DEG, ground_m, write_geoid, write_model
-from tests.fakes.recorded_flight import run
 
 pytest.importorskip("rasterio", reason="needs the extra geo")
 
@@ -25,7 +25,7 @@ area_enu_m = [[-60.0, -60.0], [60.0, -60.0], [60.0, 60.0], [-60.0, 60.0]]
 
 
 def check(*options: object) -> int:
-    return run(["terrain", "check", *map(str, options)])
+    return exit_status(["terrain", "check", *map(str, options)])
 
 
 def test_a_terrain_is_described_with_the_heights_of_a_plan(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -22,7 +22,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
-from aos_gcs.cli import main
 from aos_gcs.exports.adiat import FILE_NAME, AdiatImage, InterestArea, adiat_document
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.geometry.poses import nadir_pose
@@ -31,6 +30,7 @@ from aos_gcs.geotags.writing import PhotoTag, tagged_jpeg
 from aos_gcs.mission.model.findings import ErrorEllipse, Finding, FindingStatus
 from aos_gcs.store.reader import MissionReader
 from aos_gcs.store.recorder import MissionRecorder
+from tests.fakes.command_line import exit_status
 from tests.fakes.handed_over import FOUND, snapshot_of
 from tests.fakes.mission import ORIGIN
 from tests.fakes.viewed_step import CAMERA, CAMERAS_EAST_M, FLYING_HEIGHT_M, record_viewed_step
@@ -142,10 +142,7 @@ async def _with_findings(folder: Path, findings: tuple[Finding, ...]) -> None:
 
 
 def run(*arguments: object) -> int:
-    with pytest.raises(SystemExit) as exit_info:
-        main(["export", *map(str, arguments)])
-    assert isinstance(exit_info.value.code, int)
-    return exit_info.value.code
+    return exit_status(["export", *arguments])
 
 
 @pytest.fixture(scope="module")

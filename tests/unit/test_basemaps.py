@@ -17,8 +17,8 @@ pytest.importorskip("pmtiles")
 from aos_gcs.api.basemap_file import check_basemap
 from aos_gcs.basemaps import pyramid as pyramid_module
 from aos_gcs.basemaps.making import BasemapReport, make_basemap
-from aos_gcs.cli import main
 from aos_gcs.errors import ConfigurationError, InputDataError
+from tests.fakes.command_line import exit_status
 from tests.fakes.map_files import (
     BLUE,
     GREEN,
@@ -170,13 +170,9 @@ def test_a_smaller_zoom_makes_a_smaller_map(tmp_path: Path) -> None:
 
 def test_the_command_says_what_it_has_made(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file, out = write_raster(tmp_path / "ortho.tif", quarters()), tmp_path / "map.pmtiles"
-    with pytest.raises(SystemExit) as left:
-        main(["basemap", str(out), str(file), "--max-zoom", "17"])
-    assert left.value.code == 0
+    assert exit_status(["basemap", str(out), str(file), "--max-zoom", "17"]) == 0
     assert re.fullmatch(rf"{out}: \d+ tiles, zooms 15 to 17, 0\.0 MB\n", capsys.readouterr().out)
-    with pytest.raises(SystemExit) as left:
-        main(["basemap", str(out), str(tmp_path / "gone.tif")])
-    assert left.value.code == 2
+    assert exit_status(["basemap", str(out), str(tmp_path / "gone.tif")]) == 2
     assert "gone.tif" in capsys.readouterr().err
 
 

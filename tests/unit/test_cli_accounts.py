@@ -6,15 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from aos_gcs.cli import main
+from tests.fakes.command_line import exit_status
 
 PASSWORD = "larch and spruce"  # noqa: S105 - of the tests
 
 
 def run(*arguments: str) -> object:
-    with pytest.raises(SystemExit) as end:
-        main(["accounts", *arguments])
-    return end.value.code
+    return exit_status(["accounts", *arguments])
 
 
 def test_accounts_are_listed_with_their_roles(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

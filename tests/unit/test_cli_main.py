@@ -12,6 +12,7 @@ from rich.text import Text
 from aos_gcs import cli
 from aos_gcs.cli import main, registry
 from aos_gcs.errors import ConfigurationError, ImagingError, LinkError
+from tests.fakes.command_line import exit_status
 
 
 def offer(monkeypatch: pytest.MonkeyPatch, **commands: object) -> None:
@@ -27,10 +28,7 @@ def offer(monkeypatch: pytest.MonkeyPatch, **commands: object) -> None:
 
 
 def run(*arguments: str) -> int:
-    with pytest.raises(SystemExit) as stop:
-        main(arguments)
-    assert isinstance(stop.value.code, int)
-    return stop.value.code
+    return exit_status(arguments)
 
 
 def test_the_version_is_that_of_the_package(capsys: pytest.CaptureFixture[str]) -> None:

@@ -20,7 +20,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from aos_gcs.cli import main
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.geometry.notations import Notation, dms, mgrs_text, utm_text, written
 from aos_gcs.handover.contents import read_handover
@@ -35,6 +34,7 @@ from aos_gcs.store.reader import MissionReader
 from aos_gcs.store.recorder import MissionRecorder
 from tests.fakes import records
 from tests.fakes.app import app_of
+from tests.fakes.command_line import exit_status
 from tests.fakes.handed_over import FOUND, START_UTC_S, record_handed_over, snapshot_of, state
 from tests.fakes.mission import ScriptedMission
 from tests.fakes.recording import HandClock
@@ -235,10 +235,7 @@ def test_places_are_written_in_the_notation_of_the_team() -> None:
 
 
 def run(*arguments: object) -> int:
-    with pytest.raises(SystemExit) as exit_info:
-        main(["report", *map(str, arguments)])
-    assert isinstance(exit_info.value.code, int)
-    return exit_info.value.code
+    return exit_status(["report", *arguments])
 
 
 def test_the_command_writes_document_and_flight_log(folder: Path, tmp_path: Path) -> None:

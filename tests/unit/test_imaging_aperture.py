@@ -7,7 +7,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from aos_gcs.cli import main
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import nadir_pose
@@ -23,6 +22,7 @@ from aos_gcs.imaging.aperture import (
 from aos_sim.render import Renderer
 from aos_sim.render.raycaster import RayCaster
 from aos_sim.world.scene import SceneParameters, build_scene
+from tests.fakes.command_line import exit_status
 
 FOREST = {
     "altitude_m": 35.0,
@@ -160,9 +160,7 @@ def test_bad_numbers_are_named(field: str, value: float, says: str) -> None:
 
 
 def test_the_command_prints_the_plan_with_its_reasons(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as ended:
-        main(["--log-level", "error", "plan-aperture", "--layer-spacing", "0"])
-    assert not ended.value.code
+    assert exit_status(["--log-level", "error", "plan-aperture", "--layer-spacing", "0"]) == 0
     text = capsys.readouterr().out
     assert "spacing c4: 2.9 m" in text
     assert "drones: 10" in text
@@ -170,8 +168,7 @@ def test_the_command_prints_the_plan_with_its_reasons(capsys: pytest.CaptureFixt
 
 
 def test_the_command_prints_json(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit):
-        main(["--log-level", "error", "plan-aperture", "--json", "--drones", "6"])
+    assert exit_status(["--log-level", "error", "plan-aperture", "--json", "--drones", "6"]) == 0
     plan = json.loads(capsys.readouterr().out)
     assert plan["drones"] == len(plan["layers_m"]) == 6
     assert len(plan["reasons"]) == 3

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from aos_gcs.cli import main
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
@@ -31,6 +30,7 @@ from aos_gcs.lab.detectability.study import (
 )
 from aos_gcs.lab.worlds import Posture as LabPosture
 from aos_gcs.lab.worlds import Target, World, WorldParameters
+from tests.fakes.command_line import exit_status
 from tests.fakes.lab_world import FakeWorld
 
 ONE_SQUARE = ViewDirections(0.5)
@@ -171,9 +171,7 @@ def test_a_study_goes_on_where_it_was_stopped_and_reports(tmp_path: Path, capsys
         folder.append(WatchedForest(key, tuple(persons)))
     assert folder.forests()[0].persons[0].posture is LabPosture.STANDING
     arguments = ["lab", "detectability", "--out", str(tmp_path / "s"), "--forests", "4", "--seed", "10"]
-    with pytest.raises(SystemExit) as stop:
-        main([*arguments, "--densities", "150,300"])
-    assert stop.value.code == 0
+    assert exit_status([*arguments, "--densities", "150,300"]) == 0
     told = capsys.readouterr().out
     assert "8 forests" in told
     assert "| standing | 8 |" in told

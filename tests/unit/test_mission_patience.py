@@ -10,15 +10,9 @@ import pytest
 from aos_gcs.clock import LoopClock
 from aos_gcs.mission.journal import Journal
 from aos_gcs.mission.patience import patience
+from tests.fakes.hand_time import stand_still
 
 pytestmark = pytest.mark.looptime
-
-
-def stand_still(monkeypatch: pytest.MonkeyPatch, duration_s: float) -> None:
-    """Let time pass at once, as when something blocks the loop."""
-    loop = asyncio.get_running_loop()
-    time = loop.time
-    monkeypatch.setattr(loop, "time", lambda: time() + duration_s)
 
 
 async def test_a_wait_ends_at_its_limit_on_a_loop_that_is_on_time() -> None:

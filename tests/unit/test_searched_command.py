@@ -9,7 +9,6 @@ from pathlib import Path
 import httpx
 import pytest
 
-from aos_gcs.cli import main
 from aos_gcs.config.file import read_config
 from aos_gcs.config.model import ServiceConfig
 from aos_gcs.errors import ConfigurationError
@@ -23,6 +22,7 @@ from aos_gcs.runtime.continuing import continued_sortie
 from aos_gcs.runtime.viewer import Viewer
 from aos_gcs.store.database import MissionDatabase
 from tests.fakes.app import app_of
+from tests.fakes.command_line import exit_status
 from tests.fakes.ground_frames import ORIGIN, ground_frame
 from tests.fakes.mission import ScriptedMission
 from tests.fakes.recording import HandClock
@@ -52,10 +52,7 @@ def recorded(
 
 
 def run(*arguments: object) -> int:
-    with pytest.raises(SystemExit) as stop:
-        main([str(one) for one in arguments])
-    assert isinstance(stop.value.code, int)
-    return stop.value.code
+    return exit_status(arguments)
 
 
 def test_the_command_tells_figures_and_writes_files(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import pytest
 
-from aos_gcs.cli import main
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.mission.model.events import Event, EventKind, JumpRecord, NoticeRecord
@@ -21,6 +20,7 @@ from aos_gcs.sharing.proposals import ProposalChanges
 from aos_gcs.sharing.service import CALTOPO_SECRET, CONNECT_KEY, WEBHOOK_SECRET, make_channels, share
 from aos_gcs.sharing.settings import CaltopoSettings, SharingSettings, TakSettings, WebhookSettings
 from aos_gcs.sharing.state import SeenState
+from tests.fakes.command_line import exit_status
 from tests.fakes.mission import ScriptedMission
 from tests.fakes.recording import record
 
@@ -159,6 +159,4 @@ async def test_the_command_prints_what_would_be_sent_of_a_recorded_mission(
 
 def _sharing(*arguments: Path) -> object:
     """Run the command, and return its exit status."""
-    with pytest.raises(SystemExit) as ended:
-        main(["sharing", *map(str, arguments)])
-    return ended.value.code
+    return exit_status(["sharing", *arguments])

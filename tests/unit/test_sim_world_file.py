@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from aos_gcs.cli import main
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_sim.world.scene import SceneParameters, build_scene
 from aos_sim.world_file import read_world_file, write_world_file
 from aos_sim.world_options import world_of
+from tests.fakes.command_line import exit_status
 
 ORIGIN = GeodeticPosition(48.3, 14.3, 260.0)
 
@@ -60,9 +60,7 @@ def test_a_world_out_of_range_is_refused(tmp_path: Path) -> None:
 def test_sim_camera_refuses_wrong_input_with_a_sentence(
     arguments: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    with pytest.raises(SystemExit) as stopped:
-        main(["sim-camera", *arguments])
-    assert stopped.value.code == 2
+    assert exit_status(["sim-camera", *arguments]) == 2
     error = capsys.readouterr().err
     assert sentence in error
     assert "Traceback" not in error

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from aos_gcs.cli import main
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_sim.world.mesh import Material
@@ -19,6 +18,7 @@ from aos_sim.world.terrain import HILLS_RELIEF_M, make_relief
 from aos_sim.world.terrain_file import write_geotiff
 from aos_sim.world_file import read_world_file, write_world_file
 from aos_sim.world_options import world_of
+from tests.fakes.command_line import exit_status
 from tests.fakes.relief import ORIGIN, hill, write_relief
 
 SLOPE = SceneParameters(seed=4, side_m=40.0, trees_per_ha=60.0, persons=5, animals=1, stones=1, terrain="slope:20")
@@ -210,9 +210,7 @@ class TestFiles:
 
     def test_the_command_writes_the_ground_of_its_scene_and_exits(self, tmp_path: Path) -> None:
         path = tmp_path / "slope.tif"
-        with pytest.raises(SystemExit) as stopped:
-            main(["sim", "--terrain", "slope:20", "--terrain-file", str(path), "--terrain-only"])
-        assert stopped.value.code == 0
+        assert exit_status(["sim", "--terrain", "slope:20", "--terrain-file", str(path), "--terrain-only"]) == 0
         read = make_relief(str(path), 0, BOX, level_north_m=8.0, origin=GeodeticPosition(48.3, 14.3, 260.0))
         assert read is not None
         assert read.height_m(3.0, 58.0) == pytest.approx(10.0, abs=0.02)
@@ -242,9 +240,7 @@ class TestFiles:
 def test_commands_refuse_it_with_a_sentence(
     arguments: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    with pytest.raises(SystemExit) as stopped:
-        main(arguments)
-    assert stopped.value.code == 2
+    assert exit_status(arguments) == 2
     error = capsys.readouterr().err
     assert sentence in error
     assert "Traceback" not in error

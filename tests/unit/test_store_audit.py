@@ -11,13 +11,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aos_gcs.cli import main
 from aos_gcs.errors import InputDataError
 from aos_gcs.mission.model.actions import Action, ActionRecord
 from aos_gcs.store.audit import append_entry, entry_digest, verify_audit
 from aos_gcs.store.database import MissionDatabase
 from aos_gcs.store.recorder import MissionRecorder
 from aos_gcs.store.schema import DATABASE_NAME, MANIFEST_NAME
+from tests.fakes.command_line import exit_status
 from tests.fakes.records import notice_event
 
 
@@ -157,9 +157,7 @@ def test_every_part_of_an_entry_is_in_its_digest(
 
 
 def inspect(*arguments: object) -> int:
-    with pytest.raises(SystemExit) as stopped:
-        main(["inspect", "--audit", *map(str, arguments)])
-    return int(stopped.value.code or 0)
+    return exit_status(["inspect", "--audit", *arguments])
 
 
 def test_the_command_tells_and_returns_what_it_has_found(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

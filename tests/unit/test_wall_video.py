@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from aos_gcs.cli import main
 from aos_gcs.errors import InputDataError
 from aos_gcs.geometry.notations import Notation
 from aos_gcs.runtime import wall_video
@@ -18,6 +17,7 @@ from aos_gcs.runtime.wall_video import write_wall_video
 from aos_gcs.wall.composition import Shot, Track, compose, wall_size
 from aos_gcs.wall.model import TileKind, TileName, TilePicture, ViewedPlace
 from aos_gcs.wall.rendering import look, render_frame
+from tests.fakes.command_line import exit_status
 from tests.fakes.wall import START_UTC_S, GrowingRecord
 
 av = pytest.importorskip("av")
@@ -40,9 +40,7 @@ def flown(record: GrowingRecord) -> GrowingRecord:
 
 
 def run(*arguments: object) -> int:
-    with pytest.raises(SystemExit) as stop:
-        main(["export", *map(str, arguments)])
-    return int(stop.value.code or 0)
+    return exit_status(["export", *arguments])
 
 
 def test_the_video_has_all_tiles_and_lasts_as_long_as_the_record(
