@@ -20,6 +20,7 @@ from aos_gcs.api.access.proxies import ProxyMiddleware, TrustedProxies
 from aos_gcs.api.access.request_checks import RolesMiddleware, SameOriginMiddleware, SecurityHeadersMiddleware
 from aos_gcs.api.access.sign_in_log import SignInLog
 from aos_gcs.api.control_desk import ControlDesk
+from aos_gcs.api.convert.wall import WallMessages
 from aos_gcs.api.errors import add_error_handlers
 from aos_gcs.api.events.hub import EventHub, Upstream, loop_time_s
 from aos_gcs.api.models.service import CapabilitiesModel
@@ -117,6 +118,7 @@ def create_app(
     app.state.basemap_file = basemap_file
     app.state.terrain = terrain
     app.state.wall = wall
+    app.state.wall_messages = None if wall is None else WallMessages(wall, loop_time_s)
     app.state.videos = videos
     app.state.reliefs = ReliefMaps()
     app.state.plans = PlanFolder(plans_folder)

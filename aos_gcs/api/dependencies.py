@@ -14,6 +14,7 @@ from aos_gcs.api.access.plan_check_turns import PlanChecks
 from aos_gcs.api.access.sessions import Session
 from aos_gcs.api.control_desk import ControlDesk
 from aos_gcs.api.convert.seen import parse_seen
+from aos_gcs.api.convert.wall import WallMessages
 from aos_gcs.api.errors import NotFoundError, SeenMissingError
 from aos_gcs.api.events.hub import EventHub
 from aos_gcs.api.once import Once
@@ -200,6 +201,11 @@ def _get_handovers(connection: HTTPConnection) -> HandoverControl:
 def wall_of(connection: HTTPConnection) -> Wall | None:
     """Return the live pictures; None where there are none."""
     return cast("Wall | None", connection.app.state.wall)
+
+
+def wall_messages_of(connection: HTTPConnection) -> WallMessages:
+    """Return the messages to viewers of the live pictures, which there must be."""
+    return cast("WallMessages", connection.app.state.wall_messages)
 
 
 def _get_videos(connection: HTTPConnection) -> VideoControl:

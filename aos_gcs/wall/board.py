@@ -32,6 +32,10 @@ POLL_S: Final = 0.1
 """Shortest pause between two looks at the record."""
 LINGER_S: Final = 20.0
 """Time for which the worker is kept when nobody watches any more: pages are reloaded."""
+FEW_VIEWERS: Final = 10
+GAP_S, GAP_OF_MANY_S = 0.2, 0.45
+"""Shortest time between two messages with pictures to a viewer, for so few viewers and for more: cameras do not expose
+at once, and each message costs something. Many get all tiles of the usual two pictures per second at once."""
 RETRY_S: Final = 1.0
 """Pause after an error, such as a record that cannot be read."""
 _REST: Final = 1.0
@@ -107,6 +111,11 @@ class Wall:
     def slot(self, tile: TileName, *, is_large: bool) -> Slot | None:
         """Return the newest picture of a tile; None while there is none."""
         return self._slots.get((tile, self._width_px(is_large)))
+
+    @property
+    def gap_s(self) -> float:
+        """Shortest time between two messages with pictures to a viewer."""
+        return GAP_S if len(self._watches) <= FEW_VIEWERS else GAP_OF_MANY_S
 
     def age_s(self, slot: Slot) -> float:
         """Return the age of what a picture shows.
@@ -212,6 +221,8 @@ class Wall:
             self._after = max(self._after, frame.number)
         for rendered in found.rendered:
             self._show_frame(rendered, begin_s)
+        if found.rendered:
+            self._tell()
         return found
 
     def _show_frame(self, rendered: RenderedFrame, begin_s: float) -> None:
@@ -224,7 +235,7 @@ class Wall:
         frame, seen_at_s = self._newest[rendered.vehicle_id]
         place = viewed_place(frame, self.source.ground_amsl_m())
         for size, picture in zip(sizes, rendered.pictures, strict=True):
-            self._show(size, Slot(self._next_version(), picture, frame.utc_s, seen_at_s, place))
+            self._slots[size] = Slot(self._next_version(), picture, frame.utc_s, seen_at_s, place)
 
     def _forget(self, sizes: Sequence[Size]) -> None:
         for size in sizes:
@@ -253,11 +264,11 @@ class Wall:
         except InputDataError as error:
             _log.warning("Live pictures: %s", error)
             return
-        self._show(size, Slot(self._next_version(), picture, utc_s, seen_at_s, place))
+        self._slots[size] = Slot(self._next_version(), picture, utc_s, seen_at_s, place)
+        self._tell()
 
-    def _show(self, size: Size, slot: Slot) -> None:
-        """Put a picture into its slot, in the place of the former one, and tell the viewers."""
-        self._slots[size] = slot
+    def _tell(self) -> None:
+        """Tell the viewers that there are new pictures, all of one look at once: many share one message then."""
         for watch in self._watches:
             watch.nudge()
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Final, Protocol
 
@@ -14,8 +14,8 @@ from aos_gcs.wall.model import MAX_TILES, Slot, TileName, WallSettings
 HEARTBEAT_S: Final = 1.0
 """Longest silence: ages go on, and a page that hears nothing for longer knows that it is cut off."""
 MIN_RATE_HZ: Final = 0.1
-GAP_S: Final = 0.2
-"""Shortest time between two messages with pictures: cameras do not expose at once, and each message costs something."""
+_SHORTEST_WAIT_S: Final = 0.001
+"""A shorter one may end before the time that it waits for, by the rounding of times."""
 EARLY: Final = 0.9
 """Share of the interval between two pictures of a tile after which the next one is due."""
 
@@ -26,10 +26,8 @@ class WallUpdate:
 
     pictures: Mapping[TileName, Slot]
     """Tiles with newer pictures than the viewer has."""
-    ages_s: Mapping[TileName, float]
-    """Age of what each watched tile shows; tiles without a picture are left out."""
-    tiles: tuple[TileName, ...]
-    """All tiles that there are."""
+    shown: Mapping[TileName, Slot]
+    """What each watched tile shows; tiles without a picture are left out."""
 
 
 class Tiles(Protocol):
@@ -37,16 +35,13 @@ class Tiles(Protocol):
 
     settings: WallSettings
 
-    def tiles(self) -> tuple[TileName, ...]:
-        """Return the tiles that there are pictures of."""
+    @property
+    def gap_s(self) -> float:
+        """Shortest time between two messages with pictures to a viewer."""
         ...
 
     def slot(self, tile: TileName, *, is_large: bool) -> Slot | None:
         """Return the newest picture of a tile; None while there is none."""
-        ...
-
-    def age_s(self, slot: Slot) -> float:
-        """Return the age of what a picture shows."""
         ...
 
 
@@ -84,19 +79,20 @@ class Watch:
         self.nudge_now()
 
     def nudge(self) -> None:
-        """Note that there may be something new."""
-        self._changed.set()
+        """Note that there may be something new. Until the next message is allowed, that is not looked at."""
+        if self._now_s() >= self._free_s:
+            self._changed.set()
 
     def nudge_now(self) -> None:
         """Have the next message go out at once, with or without pictures."""
         self._told_at_s = -math.inf
-        self.nudge()
+        self._changed.set()
 
     async def take(self) -> WallUpdate:
         """Wait for newer pictures of tiles that are due by the rate; without any, until a heartbeat is due."""
         while True:
             self._changed.clear()
-            now_s, free_s = self._now_s(), self._sent_at_s + GAP_S
+            now_s, free_s = self._now_s(), self._free_s
             newer = self._newer()
             due_s = {tile: max(free_s, self._due_s(tile)) for tile in newer}
             due = {tile: slot for tile, slot in newer.items() if now_s >= due_s[tile]}
@@ -107,16 +103,25 @@ class Watch:
             beat_s = self._told_at_s + HEARTBEAT_S
             if now_s >= beat_s:
                 return self._told({})
-            until_s = min([beat_s, *due_s.values()])
+            until_s = min([beat_s, *due_s.values(), *([free_s] if now_s < free_s else [])])
             try:
-                async with asyncio.timeout(until_s - now_s):
+                async with asyncio.timeout(max(_SHORTEST_WAIT_S, until_s - now_s)):
                     await self._changed.wait()
             except TimeoutError:
                 continue
 
+    @property
+    def _free_s(self) -> float:
+        """Time from which the next message with pictures is allowed."""
+        return self._sent_at_s + self._wall.gap_s
+
     def _newer(self) -> dict[TileName, Slot]:
-        shown = ((tile, self._wall.slot(tile, is_large=self.is_large)) for tile in self.tiles)
-        return {tile: slot for tile, slot in shown if slot is not None and slot.version != self._last(tile)[0]}
+        return {tile: slot for tile, slot in self._shown() if slot.version != self._last(tile)[0]}
+
+    def _shown(self) -> Iterator[tuple[TileName, Slot]]:
+        for tile in self.tiles:
+            if (slot := self._wall.slot(tile, is_large=self.is_large)) is not None:
+                yield tile, slot
 
     def _due_s(self, tile: TileName) -> float:
         return self._last(tile)[1] + EARLY / self._rate_hz
@@ -126,6 +131,4 @@ class Watch:
 
     def _told(self, pictures: Mapping[TileName, Slot]) -> WallUpdate:
         self._told_at_s = self._now_s()
-        slots = {tile: self._wall.slot(tile, is_large=self.is_large) for tile in self.tiles}
-        ages_s = {tile: self._wall.age_s(slot) for tile, slot in slots.items() if slot is not None}
-        return WallUpdate(pictures, ages_s, self._wall.tiles())
+        return WallUpdate(pictures, dict(self._shown()))

@@ -20,6 +20,7 @@ from aos_gcs.store.database import MissionDatabase
 from aos_gcs.wall.board import Wall
 from aos_gcs.wall.model import Look, WallSettings
 from aos_gcs.wall.source import ReplayedTime, WallSource
+from aos_gcs.wall.watch import WallUpdate, Watch
 from tests.fakes.mission import ORIGIN
 
 P = ParamSpec("P")
@@ -120,3 +121,19 @@ def make_wall(
     """Return a wall of small tiles on a record."""
     settings = WallSettings(rate_hz=2.0, width_px=WIDTH_PX, follow_width_px=WIDTH_PX + 8, stale_s=stale_s)
     return Wall(WallSource(mission, lambda: folder, clock_utc_s, replay), worker.opened, settings, loop_time_s)
+
+
+@asynccontextmanager
+async def running(wall: Wall) -> AsyncIterator[None]:
+    """Make pictures for as long as the context is entered."""
+    task = asyncio.create_task(wall.run())
+    yield
+    task.cancel()
+    await asyncio.wait([task])
+
+
+async def next_pictures(watch: Watch) -> WallUpdate:
+    """Return the next update that has pictures."""
+    while not (update := await watch.take()).pictures:
+        pass
+    return update

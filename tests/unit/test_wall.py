@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Iterator
-from contextlib import asynccontextmanager
+from collections.abc import Iterator
 from pathlib import Path
 
 import cv2
@@ -17,10 +16,19 @@ from aos_gcs.wall.board import LINGER_S, Wall
 from aos_gcs.wall.model import FrameFacts, TileKind, TileName
 from aos_gcs.wall.places import viewed_place
 from aos_gcs.wall.rendering import MOST_FRAMES
-from aos_gcs.wall.watch import HEARTBEAT_S, WallUpdate, Watch
+from aos_gcs.wall.watch import WallUpdate
 from tests.fakes.mission import ORIGIN, ScriptedMission
 from tests.fakes.recording import HandClock
-from tests.fakes.wall import START_UTC_S, WIDTH_PX, CountedWorker, GrowingRecord, make_wall, utc_s
+from tests.fakes.wall import (
+    START_UTC_S,
+    WIDTH_PX,
+    CountedWorker,
+    GrowingRecord,
+    make_wall,
+    next_pictures,
+    running,
+    utc_s,
+)
 
 pytestmark = pytest.mark.looptime(idle_timeout=60)
 
@@ -46,19 +54,9 @@ def wall(record: GrowingRecord, worker: CountedWorker) -> Wall:
     return make_wall(ScriptedMission(HandClock()), record.folder, worker)
 
 
-@asynccontextmanager
-async def running(wall: Wall) -> AsyncIterator[None]:
-    task = asyncio.create_task(wall.run())
-    yield
-    task.cancel()
-    await asyncio.wait([task])
-
-
-async def next_pictures(watch: Watch) -> WallUpdate:
-    """Return the next update that has pictures."""
-    while not (update := await watch.take()).pictures:
-        pass
-    return update
+def ages(wall: Wall, update: WallUpdate) -> dict[TileName, float]:
+    """Return the ages in seconds of what a viewer is shown."""
+    return {tile: wall.age_s(slot) for tile, slot in update.shown.items()}
 
 
 async def test_a_picture_is_made_once_for_all_viewers(wall: Wall, record: GrowingRecord, worker: CountedWorker) -> None:
@@ -103,50 +101,8 @@ async def test_only_what_is_watched_is_rendered(wall: Wall, record: GrowingRecor
             update = await next_pictures(watch)
             await asyncio.sleep(2.0)
     assert set(update.pictures) == {SECOND}
-    assert update.tiles == (FIRST, SECOND)
+    assert wall.tiles() == (FIRST, SECOND)
     assert len(worker.rendered) == 1
-
-
-async def test_no_more_pictures_than_the_rate_and_a_slow_viewer_has_the_newest(
-    wall: Wall, record: GrowingRecord, worker: CountedWorker
-) -> None:
-    async with running(wall):
-        with wall.watch() as quick, wall.watch() as slow:
-            quick.choose((FIRST,))
-            slow.choose((FIRST,))
-            counts = asyncio.create_task(_count_pictures(quick, 10.0))
-            for number in range(50):  # five per second
-                record.add(1, utc_s(), grey=number)
-                await asyncio.sleep(0.2)
-            late = await next_pictures(slow)
-            shown_at_utc_s = late.pictures[FIRST].utc_s
-            times_s = await counts
-    assert 15 <= len(times_s) <= 21
-    assert len(worker.rendered) <= 21
-    assert utc_s() - shown_at_utc_s < 1.0
-    assert len(late.pictures) == 1
-
-
-async def _count_pictures(watch: Watch, duration_s: float) -> list[float]:
-    times_s: list[float] = []
-    try:
-        async with asyncio.timeout(duration_s):
-            while True:
-                await next_pictures(watch)
-                times_s.append(utc_s())
-    except TimeoutError:
-        return times_s
-
-
-async def test_a_viewer_may_ask_for_fewer(wall: Wall, record: GrowingRecord) -> None:
-    async with running(wall):
-        with wall.watch() as watch:
-            watch.choose((FIRST,), rate_hz=0.5)
-            counts = asyncio.create_task(_count_pictures(watch, 10.0))
-            for _ in range(50):
-                record.add(1, utc_s())
-                await asyncio.sleep(0.2)
-            assert 4 <= len(await counts) <= 6
 
 
 async def test_a_camera_that_stops_grows_old(wall: Wall, record: GrowingRecord) -> None:
@@ -160,21 +116,11 @@ async def test_a_camera_that_stops_grows_old(wall: Wall, record: GrowingRecord) 
             for _ in range(20):
                 await asyncio.sleep(0.4)
                 record.add(2, utc_s())
-                ages_s.append((await watch.take()).ages_s)
+                ages_s.append(ages(wall, await watch.take()))
     firsts = [age_s[FIRST] for age_s in ages_s]
     assert firsts == sorted(firsts)
     assert firsts[-1] > 7.0
     assert max(age_s[SECOND] for age_s in ages_s) < 1.5
-
-
-async def test_heartbeats_come_without_pictures(wall: Wall) -> None:
-    async with running(wall):
-        with wall.watch() as watch:
-            watch.choose((FIRST,))
-            await watch.take()
-            begin_s = utc_s()
-            assert (await watch.take()).ages_s == {}
-            assert utc_s() - begin_s == pytest.approx(HEARTBEAT_S)
 
 
 async def test_a_picture_from_a_clock_that_is_ahead_ages_all_the_same(wall: Wall, record: GrowingRecord) -> None:
@@ -184,7 +130,7 @@ async def test_a_picture_from_a_clock_that_is_ahead_ages_all_the_same(wall: Wall
             record.add(1, utc_s() + 3600.0)
             await next_pictures(watch)
             await asyncio.sleep(8.0)
-            assert (await watch.take()).ages_s[FIRST] >= 7.5
+            assert ages(wall, await watch.take())[FIRST] >= 7.5
 
 
 async def test_a_damaged_frame_leaves_the_former_picture_and_stops_no_other(
@@ -303,11 +249,12 @@ async def test_the_integral_is_a_tile_of_the_time_of_its_step(record: GrowingRec
     async with running(wall):
         with wall.watch() as watch:
             watch.choose((INTEGRAL,))
-            assert (await watch.take()).tiles == ()
+            await watch.take()
+            assert wall.tiles() == ()
             mission._pictures[PictureKind.INTEGRAL] = Picture(PictureKind.INTEGRAL, 3, png, -10.0, -5.0, 10.0, 5.0)
             update = await next_pictures(watch)
     slot = update.pictures[INTEGRAL]
-    assert update.tiles == (INTEGRAL,)
+    assert wall.tiles() == (INTEGRAL,)
     assert (slot.picture.width_px, slot.picture.height_px) == (WIDTH_PX, 32)
     assert slot.place is not None
     assert slot.place.latitude_deg == pytest.approx(ORIGIN.latitude_deg, abs=1e-7)
@@ -330,14 +277,14 @@ async def test_a_replay_shows_the_frames_of_its_time_and_goes_back(
             watch.choose((FIRST, SECOND))
             replay.utc_s = START_UTC_S + 7.5
             update = await next_pictures(watch)
-            assert set(update.tiles) == {FIRST, SECOND}
-            assert update.ages_s[FIRST] == pytest.approx(0.5)
+            assert set(wall.tiles()) == {FIRST, SECOND}
+            assert ages(wall, update)[FIRST] == pytest.approx(0.5)
             await asyncio.sleep(30.0)
-            assert (await watch.take()).ages_s[FIRST] == pytest.approx(0.5)
+            assert ages(wall, await watch.take())[FIRST] == pytest.approx(0.5)
             replay.utc_s = START_UTC_S + 3.2
             update = await next_pictures(watch)
             assert update.pictures[FIRST].utc_s == START_UTC_S + 3.0
-            assert (await watch.take()).tiles == (FIRST,)
+            assert wall.tiles() == (FIRST,)
             assert wall.slot(SECOND, is_large=False) is None
 
 

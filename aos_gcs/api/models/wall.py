@@ -63,8 +63,8 @@ class TilePictureModel(WireModel):
 class WallMessage(WireModel):
     """Head of a message of the wall."""
 
-    number: int = Field(description="Counts the messages to this client; its answer names it.")
-    sent_s: float = Field(description="Time of sending by a clock of the service that never jumps.")
+    number: int = Field(description="Counts the messages to all clients; the answer names it.")
+    sent_s: float = Field(description="Time of the ages, by a clock of the service that never jumps.")
     live: bool = Field(description="Whether time goes on by itself; false in a replay.")
     stale_s: float = Field(description="Age from which pictures are to be marked as old.")
     rate_hz: float = Field(description="Pictures per tile and second, at most.")

@@ -10,12 +10,10 @@ from pydantic import ValidationError
 
 from aos_gcs.api.access.peer_limits import WALL_PATH
 from aos_gcs.api.access.roles import Role
-from aos_gcs.api.convert.wall import wall_message
-from aos_gcs.api.dependencies import session_of, wall_of
-from aos_gcs.api.events.hub import loop_time_s
+from aos_gcs.api.convert.wall import WallMessages
+from aos_gcs.api.dependencies import session_of, wall_messages_of, wall_of
 from aos_gcs.api.models.wall import WALL_CLIENT_MESSAGE, WallAnswer, WallRequest
 from aos_gcs.errors import InputDataError
-from aos_gcs.wall.board import Wall
 from aos_gcs.wall.model import TileName
 from aos_gcs.wall.watch import Watch
 
@@ -37,14 +35,14 @@ class _Viewer:
 
     Args:
         websocket: connection, accepted.
-        wall: tiles of the mission.
         watch: what this viewer watches.
+        messages: messages to all viewers.
     """
 
-    def __init__(self, websocket: WebSocket, wall: Wall, watch: Watch) -> None:
+    def __init__(self, websocket: WebSocket, watch: Watch, messages: WallMessages) -> None:
         self._websocket = websocket
-        self._wall = wall
         self._watch = watch
+        self._messages = messages
         self._number = 0
         self._answered = asyncio.Event()
         self._refused = ""
@@ -83,18 +81,10 @@ class _Viewer:
         """Send what is the newest, one message after the answer to the other, as long as the viewer may look."""
         while session_of(self._websocket).role.may(Role.OBSERVER):
             update = await self._watch.take()
-            self._number += 1
+            message = self._messages.message(update, refused=self._refused, after=self._number)
+            self._number = message.number
             self._answered.clear()
-            source = self._wall.source
-            message = wall_message(
-                update,
-                self._wall.settings,
-                number=self._number,
-                sent_s=loop_time_s(),
-                is_live=source.until_utc_s is None,
-                refused=self._refused,
-            )
-            await self._send(message)
+            await self._send(message.data)
             async with asyncio.timeout(ANSWER_TIMEOUT_S):
                 await self._answered.wait()
         await self._websocket.close(_POLICY)
@@ -117,7 +107,7 @@ async def follow_wall(websocket: WebSocket) -> None:
         await websocket.close(_POLICY, _NO_WALL)
         return
     with wall.watch() as watch:
-        viewer = _Viewer(websocket, wall, watch)
+        viewer = _Viewer(websocket, watch, wall_messages_of(websocket))
         try:
             async with asyncio.TaskGroup() as group:
                 group.create_task(viewer.send())

@@ -3573,7 +3573,7 @@ export interface components {
       live: boolean;
       /**
        * Number
-       * @description Counts the messages to this client; its answer names it.
+       * @description Counts the messages to all clients; the answer names it.
        */
       number: number;
       /** Pictures */
@@ -3590,7 +3590,7 @@ export interface components {
       refused: string;
       /**
        * Sent S
-       * @description Time of sending by a clock of the service that never jumps.
+       * @description Time of the ages, by a clock of the service that never jumps.
        */
       sent_s: number;
       /**
