@@ -1,7 +1,7 @@
 /** Runtime check of messages: text in, typed message out, or an error that names the problem. */
 import type { MissedEvents, Mission, ServerMessage } from "./types";
 
-export const SCHEMA_VERSION = 4;
+const SCHEMA_VERSION = 4;
 
 /** A message that this page cannot understand. */
 export class ProtocolError extends Error {}

@@ -34,7 +34,6 @@ export type Account = Schemas["AccountModel"];
 export type Invitation = Schemas["InvitationModel"];
 export type SignInEntry = Schemas["SignInEntryModel"];
 export type Control = Schemas["ControlModel"];
-export type CheckStatus = Schemas["CheckStatus"];
 export type MissedEvents = Schemas["MissedEventsModel"];
 export type Operation = Schemas["OperationModel"];
 export type Sortie = Schemas["SortieModel"];

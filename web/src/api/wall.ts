@@ -3,7 +3,7 @@ import type { components } from "./schema";
 import { backoffMs } from "./socket";
 
 export type WallMessage = components["schemas"]["WallMessage"];
-export type TilePicture = components["schemas"]["TilePictureModel"];
+type TilePicture = components["schemas"]["TilePictureModel"];
 
 export interface Choice {
   readonly tiles: readonly string[];
@@ -13,7 +13,7 @@ export interface Choice {
 }
 
 /** A picture that has been decoded. */
-export interface ShownTile {
+interface ShownTile {
   readonly picture: TilePicture;
   readonly bitmap: ImageBitmap;
 }

@@ -9,7 +9,7 @@ import { BASEMAP_LIBRARY } from "./library";
 
 export const SUFFIX = ".pmtiles";
 
-export interface ChosenBasemap {
+interface ChosenBasemap {
   readonly name: string;
   readonly layer: MapLayer;
 }

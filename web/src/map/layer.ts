@@ -39,7 +39,7 @@ export interface AttachedLayer {
 
 /** A style layer without its id and its source, which {@link featureLayer} adds. */
 type WithoutSource<T> = T extends unknown ? Omit<T, "id" | "source"> : never;
-export type Paint = WithoutSource<Exclude<LayerSpecification, { type: "background" | "raster" | "hillshade" }>>;
+type Paint = WithoutSource<Exclude<LayerSpecification, { type: "background" | "raster" | "hillshade" }>>;
 
 interface FeatureLayer {
   readonly id: string;

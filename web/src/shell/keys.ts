@@ -21,7 +21,7 @@ export type KeyCommand =
   | { readonly kind: "digit"; readonly digit: string; readonly adds: boolean }
   | { readonly kind: "selectAll" | "clearSelection" | "showFinding" | "help" };
 
-export const HOLD_KEY = "h";
+const HOLD_KEY = "h";
 export const VIEW_KEYS: Readonly<Record<ViewName, string>> = {
   plan: "p",
   prepare: "r",

@@ -5,7 +5,7 @@ import { said, texts } from "../texts";
 import { isStale, linkAge_s } from "./freshness";
 
 /** Ascending. */
-export const LEVELS = ["good", "warning", "critical"] as const;
+const LEVELS = ["good", "warning", "critical"] as const;
 export type Level = (typeof LEVELS)[number];
 
 export interface Attention {
@@ -16,7 +16,7 @@ export interface Attention {
 
 type Cause = readonly [Exclude<Level, "good">, string];
 
-export const LOW_BATTERY_PERCENT = 25;
+const LOW_BATTERY_PERCENT = 25;
 export const HIGH_LOSS_PERCENT = 5;
 /** MAVLink's GPS_FIX_TYPE of a position in three dimensions. */
 const FIX_3D = 3;

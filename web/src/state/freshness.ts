@@ -18,7 +18,7 @@ export function isStale(vehicle: Vehicle, snapshotAge_s: number): boolean {
 }
 
 /** The mission reports its state five times per second; a busy machine may delay some reports. */
-export const SILENT_AFTER_S = 1.5;
+const SILENT_AFTER_S = 1.5;
 
 /** Whether a mission that should report does not. A finished mission and a recording have nothing to report. */
 export function isSilent(mission: Mission | null, snapshotAge_s: number): boolean {

@@ -2,7 +2,7 @@
 import type { Role } from "../api/types";
 
 /** The least first: each may do all that the ones before it may. */
-export const ROLES: readonly Role[] = ["visitor", "observer", "analyst", "operator", "administrator"];
+const ROLES: readonly Role[] = ["visitor", "observer", "analyst", "operator", "administrator"];
 
 /** Roles that an account can have. */
 export const GIVEN_ROLES = ["observer", "analyst", "operator", "administrator"] as const;

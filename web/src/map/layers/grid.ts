@@ -78,7 +78,7 @@ function attachGrid(map: MapLibreMap, palette: Palette, opacity: number): Attach
 }
 
 /** Part of the ground that the grid has to cover: the same as before while that does. */
-export function coverage(view: Bounds, before: Covered | null): Covered {
+function coverage(view: Bounds, before: Covered | null): Covered {
   const [width_m, height_m] = [view.east_m - view.west_m, view.north_m - view.south_m];
   if (Math.max(width_m, height_m) > WIDEST_M) return before?.bounds === null ? before : NOWHERE;
   const spacing_m = spacingOf(Math.max(width_m, height_m) / LINES);

@@ -74,6 +74,6 @@ function pathFeatures(origin: Geodetic, { vehicle_id: id, position, waypoint }: 
 }
 
 /** Waypoints of a step that the safety monitor did not send as planned. */
-export function refusedOf(step: Step | undefined): Step["waypoints"] {
+function refusedOf(step: Step | undefined): Step["waypoints"] {
   return step?.waypoints.filter((waypoint) => waypoint.verdict !== "sent") ?? [];
 }

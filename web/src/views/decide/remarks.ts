@@ -3,7 +3,7 @@ import type { Finding } from "../../api/types";
 
 export type Remarks = Pick<Finding, "comment" | "assignee">;
 export type RemarkName = keyof Remarks;
-export const REMARK_NAMES = ["comment", "assignee"] as const satisfies readonly RemarkName[];
+const REMARK_NAMES = ["comment", "assignee"] as const satisfies readonly RemarkName[];
 
 export interface RemarksDraft {
   /** Finding of a mission that it belongs to. */

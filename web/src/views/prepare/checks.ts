@@ -4,7 +4,7 @@ import { capitalised, ranges } from "../../format";
 import { said, texts } from "../../texts";
 
 /** Vehicle number of checks that concern the mission as a whole. */
-export const MISSION_ID = 0;
+const MISSION_ID = 0;
 
 /** Status of a check as its cell shows it. */
 export type CellStatus = "pass" | "warn" | "fail" | "overridden";

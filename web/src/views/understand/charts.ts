@@ -4,10 +4,10 @@ import { displayName, quantity } from "../../format";
 import type { Sample, VehicleSample } from "../../state/samples";
 import { texts } from "../../texts";
 
-export type Column = readonly (number | null)[];
+type Column = readonly (number | null)[];
 
 /** Token of the theme, or the colour of a vehicle. */
-export type Colour = { readonly token: string } | { readonly vehicleId: number };
+type Colour = { readonly token: string } | { readonly vehicleId: number };
 
 export interface Series {
   readonly label: string;
@@ -41,7 +41,7 @@ export interface Chart {
 }
 
 /** States in the order in which a swarm goes through them. */
-export const STATES = ["jumping_out", "exploration", "exploitation", "convergence"] as const;
+const STATES = ["jumping_out", "exploration", "exploitation", "convergence"] as const;
 
 export const LINK_FIGURES = ["loss_percent", "roundTrip_ms", "age_s"] as const;
 export type LinkFigure = (typeof LINK_FIGURES)[number];
