@@ -99,8 +99,6 @@ class ViewWindow:
 class View:
     """A north-up raster of one focal plane."""
 
-    step: int
-    kind: ViewKind
     height_m: float
     visibility_m2: float
     """Visibility of the largest blob on this plane; 0 for a part of it."""

@@ -243,7 +243,7 @@ def _square(finding: Finding, edge: int) -> View:
     east_m, north_m, up_m = finding.position_enu_m
     bounds = (east_m - HALF_WIDTH_M, north_m - HALF_WIDTH_M, east_m + HALF_WIDTH_M, north_m + HALF_WIDTH_M)
     _, png = cv2.imencode(".png", np.zeros((edge, edge, 4), dtype=np.uint8))
-    return View(finding.step, ViewKind.INTEGRAL, up_m, 0.0, png.tobytes(), *bounds)
+    return View(up_m, 0.0, png.tobytes(), *bounds)
 
 
 def _decoded(view: View) -> NDArray[np.uint8]:

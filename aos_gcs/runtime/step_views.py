@@ -215,8 +215,6 @@ def _shaded(
         raise ConfigurationError(f"kind: the frames of step {loaded.step} have no {kind.value} band.")
     grid = analysis.grid
     return View(
-        step=loaded.step,
-        kind=kind,
         height_m=grid.height_m,
         visibility_m2=analysis.visibility_m2,
         data=_ENCODE[picture_format](images[kind.value]),

@@ -69,8 +69,6 @@ class Adjusted:
     """Errors of the recorded poses, shape (n, ``OWN``)."""
     covariance: NDArray[np.float64]
     """Shape (``COMMON``, ``COMMON``)."""
-    sigma_px: float
-    """Standard deviation of a measured place along each axis."""
     before_px: float
     """Median distance of measured and predicted places with the recorded poses and camera."""
     after_px: float
@@ -135,7 +133,6 @@ def adjust(
         now.common,
         now.own,
         covariance,
-        _sigma_px(residual, min_sigma_px),
         before_px,
         after_px,
         float(np.sqrt(np.sum(squares) / positions_m.size)),

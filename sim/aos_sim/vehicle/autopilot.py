@@ -383,7 +383,6 @@ class SimulatedAutopilot(ABC):
             home_enu_m=flight.home_enu_m,
             target_enu_m=flight.target_enu_m,
             frame=self.identity.frame,
-            armed=flight.armed,
             airborne=flight.airborne,
             landed_state=LANDED_STATES.get(flight.manoeuvre, mavlink.MAV_LANDED_STATE_IN_AIR),
             ready_to_arm=self.not_ready() is None,

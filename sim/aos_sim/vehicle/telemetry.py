@@ -56,7 +56,6 @@ class Readings:
     home_enu_m: EnuPoint
     target_enu_m: EnuPoint
     frame: LocalFrame
-    armed: bool
     airborne: bool
     landed_state: int
     ready_to_arm: bool
