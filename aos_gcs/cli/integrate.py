@@ -12,7 +12,7 @@ import typer
 from numpy.typing import NDArray
 
 from aos_gcs.cli import autofocus_options, result_options, surface_options, survey_options, work_options
-from aos_gcs.cli.result_options import ResultOptions, refuse_min_count
+from aos_gcs.cli.result_options import ResultOptions
 from aos_gcs.cli.surface_options import check_raster_options, describe_map, focus_options, virtual_camera
 from aos_gcs.cli.survey_options import CameraOptions, open_survey, report_skipped
 from aos_gcs.cli.work_options import DEFAULT_MAX_MEMORY_MB, WorkOptions
@@ -75,7 +75,6 @@ def integrate(
     min_score: result_options.MinScore = None,
     false_alarms_per_ha: result_options.FalseAlarmsPerHa = DEFAULT_FALSE_ALARMS_PER_HA,
     thumbnails: result_options.Thumbnails = None,
-    min_count: result_options.FormerMinCount = None,
     max_memory: work_options.MaxMemory = DEFAULT_MAX_MEMORY_MB,
     jobs: work_options.Jobs = None,
     scheduler: work_options.Scheduler = None,
@@ -88,7 +87,6 @@ def integrate(
     Without --poses, the images are photographs with positions in their metadata: x east, y north, z up from the ground.
     """
     check_raster_options(ortho, view, size)
-    refuse_min_count(min_count)
     results = ResultOptions(
         out,
         count,

@@ -115,20 +115,6 @@ Thumbnails = Annotated[
         rich_help_panel=ANOMALY_PANEL,
     ),
 ]
-FormerMinCount = Annotated[int | None, typer.Option(hidden=True, rich_help_panel=ANOMALY_PANEL)]
-
-
-def refuse_min_count(min_count: int | None) -> None:
-    """Refuse an option that was replaced.
-
-    Raises:
-        ConfigurationError: naming the option to use.
-    """
-    if min_count is not None:
-        raise ConfigurationError(
-            "--min-count is no longer an option: how many images must agree on a place follows from those that see it "
-            "and from what they mark around it. Choose how many rows chance may make with --false-alarms-per-ha."
-        )
 
 
 @dataclass(frozen=True, slots=True)

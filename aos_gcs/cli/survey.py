@@ -70,7 +70,6 @@ def survey(
     detector: result_options.DetectorName = Detector.LOCAL_RX,
     min_score: result_options.MinScore = None,
     false_alarms_per_ha: result_options.FalseAlarmsPerHa = DEFAULT_FALSE_ALARMS_PER_HA,
-    min_count: result_options.FormerMinCount = None,
     headless: Annotated[
         bool, typer.Option("--headless", help="Examine without the dashboard, and exit.", rich_help_panel=PANEL)
     ] = False,
@@ -96,7 +95,6 @@ def survey(
 
     if as_json and not headless:
         raise ConfigurationError("--json requires --headless.")
-    result_options.refuse_min_count(min_count)
     detection = Detection(detector, min_score, false_alarms_per_ha)
     system = _system(crs)
     recording = _Recording(

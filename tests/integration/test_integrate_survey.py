@@ -191,7 +191,6 @@ BAD_OPTIONS: dict[str, tuple[tuple[object, ...], str]] = {
     "suffix": (("--ortho", 1, "--count", "c.jpg"), r"--count c\.jpg: the name must end in one of \.npy, \.tif"),
     "table of a view": (("--view", 0, "--out", "v.npy", "--blobs", "b.csv"), "--blobs lists the anomalies of a map"),
     "median and trim": (("--ortho", 1, "--median", "--trim", 0.1), "--median and --trim exclude each other"),
-    "former option": (("--ortho", 1, "--min-count", 2), "--min-count is no longer an option: .*--false-alarms-per-ha"),
     "rate": (("--ortho", 1, "--false-alarms-per-ha", 0), "--false-alarms-per-ha must lie between 0 and 20000"),
     "pictures of no table": (("--ortho", 1, "--thumbnails", "rows"), "--thumbnails shows the rows of a table"),
     "trim": (("--ortho", 1, "--trim", 0.6), "--trim must lie between 0 and 0.5"),

@@ -192,7 +192,6 @@ def test_folders_that_cannot_be_examined_are_named(
         assert f"beside the area of {system}" in error(capfd, photographs.images, "--crs", system)
     assert "EPSG:0' is unknown" in error(capfd, photographs.images, "--crs", "EPSG:0")
     assert "holds no survey: name another folder with --out" in error(capfd, photographs.images, "--out", empty)
-    assert "with --false-alarms-per-ha" in error(capfd, photographs.images, "--min-count", 2)
     assert "must lie between 0 and 20000" in error(capfd, photographs.images, "--false-alarms-per-ha", 0)
     assert "--min-score must not be negative" in error(capfd, photographs.images, "--min-score", -1)
     assert "--fov must lie between 0.1 and 170 degrees" in error(capfd, photographs.images, "--fov", "1e-9")
