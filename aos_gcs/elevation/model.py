@@ -15,7 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 from aos_gcs.elevation.datum import SIGMA_THROUGH_GRIDS_M, SIGMA_TO_EGM96_M, StatedDatum, VerticalDatum
 from aos_gcs.elevation.geoid import Geoid
 from aos_gcs.elevation.longitudes import unwrapped
-from aos_gcs.elevation.suspects import Holes, SuspectedHoles, overlaps, refuse_disagreement, zeros_at_a_step
+from aos_gcs.elevation.merged import MergedHeights
+from aos_gcs.elevation.suspects import Holes, SuspectedHoles, overlaps, zeros_at_a_step
 from aos_gcs.elevation.tile import BLOCK_CELLS, BlockCache, ElevationTile, block_counts
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.extras import load_extra
@@ -203,7 +204,7 @@ class ElevationModel:
         Raises:
             InputDataError: if a file cannot be read any more, has impossible heights, or contradicts another.
         """
-        heights = np.full((len(rows), len(columns)), np.nan, dtype=np.float32)
+        merged = MergedHeights((len(rows), len(columns)), np.float32)
         for tile in self._tiles:
             row_offset, column_offset = self._offset(tile)
             first_row, first_column = int(rows[0]) - row_offset, int(columns[0]) - column_offset
@@ -211,12 +212,9 @@ class ElevationModel:
             column, column_end = max(0, first_column), min(tile.columns, first_column + len(columns))
             if row >= row_end or column >= column_end:
                 continue
-            part = heights[row - first_row : row_end - first_row, column - first_column : column_end - first_column]
-            known = tile.read(row, column, row_end - row, column_end - column)
-            refuse_disagreement(known, part, tile.path, self.paths)
-            # Where files overlap, one with a hole does not hide another's height.
-            np.copyto(part, known, where=np.isnan(part))
-        return heights
+            cells = slice(row - first_row, row_end - first_row), slice(column - first_column, column_end - first_column)
+            merged.add(cells, tile.read(row, column, row_end - row, column_end - column), tile.path)
+        return merged.heights
 
     def undulation_m(
         self, latitude_deg: NDArray[np.float64], longitude_deg: NDArray[np.float64]
@@ -312,7 +310,7 @@ class ElevationModel:
         self, row: NDArray[np.float64], column: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
         """Return the heights of cells of the shared grid, NaN in holes, and whether a file has them, shape (n,)."""
-        heights = np.full(len(row), np.nan)
+        merged = MergedHeights((len(row),), np.float64)
         is_inside = np.zeros(len(row), dtype=np.bool_)
         for index, tile in enumerate(self._tiles):
             row_offset, column_offset = self._offset(tile)
@@ -325,10 +323,8 @@ class ElevationModel:
                 block = self._cache.block(index, tile, int(block_row), int(block_column))
                 chosen = wanted[(blocks == (block_row, block_column)).all(axis=1)]
                 values = block[rows[chosen] % BLOCK_CELLS, columns[chosen] % BLOCK_CELLS]
-                refuse_disagreement(values, heights[chosen], tile.path, self.paths)
-                # Where files overlap, one with a hole does not hide another's height.
-                heights[chosen] = np.where(np.isnan(heights[chosen]), values, heights[chosen])
-        return heights, is_inside
+                merged.add(chosen, values, tile.path)
+        return merged.heights, is_inside
 
     def _offset(self, tile: ElevationTile) -> tuple[int, int]:
         """Return the row and the column of a tile's first cell on the grid of the first tile."""

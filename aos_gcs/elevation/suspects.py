@@ -1,21 +1,15 @@
-"""Holes of elevation models, and heights that may be wrong: zeros beside a step, files that contradict another."""
+"""Holes of elevation models, heights that may be wrong, and the cells that files share."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from pathlib import Path
 from typing import Any, Final
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-
-from aos_gcs.errors import InputDataError
-
-MAX_DISAGREEMENT_M: Final = 2.0
-"""Greatest difference between two files where they overlap: what resampling makes of steep ground."""
 
 ZERO_STEP_M: Final = 10.0
 """Step beside a height of exactly 0 m from which on it may be a cell without data."""
@@ -58,26 +52,6 @@ def zeros_at_a_step(heights: NDArray[Any], zero: float = 0.0, reach: int = 1) ->
     far = (np.abs(heights - zero) > ZERO_STEP_M).astype(np.uint8)
     side = 2 * reach + 1
     return np.asarray(zeros & (cv2.dilate(far, np.ones((side, side), np.uint8)) > 0))
-
-
-def refuse_disagreement(heights: NDArray[Any], others: NDArray[Any], path: Path, paths: Sequence[Path]) -> None:
-    """Refuse a file whose heights contradict those of the files before it, arrays of one shape, NaN where unknown.
-
-    Raises:
-        InputDataError: they differ by more than 2 m at a cell.
-    """
-    if np.isnan(others).all():
-        return
-    differences_m = np.abs(np.asarray(heights, dtype=np.float64) - others)
-    if np.isnan(differences_m).all():
-        return
-    most_m = float(np.nanmax(differences_m))
-    if most_m > MAX_DISAGREEMENT_M:
-        before = ", ".join(str(other) for other in paths if other != path)
-        raise InputDataError(
-            f"The elevation models {path} and {before} overlap and contradict each other by up to {most_m:.1f} m; "
-            f"{MAX_DISAGREEMENT_M:g} m are allowed. Leave out the wrong one, or correct its datum or unit."
-        )
 
 
 def overlaps(boxes: Sequence[tuple[int, int, int, int]], rows: int) -> Iterator[tuple[range, range]]:

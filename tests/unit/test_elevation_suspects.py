@@ -83,15 +83,18 @@ def test_plans_warn_of_zeros_that_may_be_holes(tmp_path: Path, cell: float) -> N
 def test_files_that_contradict_each_other_are_refused(tmp_path: Path) -> None:
     """Whichever comes first: a tile in feet, or one of another datum."""
     metres, other = level(tmp_path / "metres.tif", 700.0), level(tmp_path / "other.tif", 745.0, first=(60, 0))
-    for paths in ((metres, other), (other, metres)):
+    third = level(tmp_path / "third.tif", 700.0, first=(0, 200))  # which is beside both, and right
+    for paths in ((metres, other, third), (other, third, metres)):
         model = opened(*paths)
         for read in (
             lambda: model.heights_amsl_m(PLACE_DEG[0] - 0.0005, PLACE_DEG[1]),  # noqa: B023 - called here
             lambda: model.holes(10**6),  # noqa: B023 - called here
             lambda: model.cells_of_files(np.arange(120), np.arange(100)),  # noqa: B023 - called here
         ):
-            with pytest.raises(InputDataError, match=r"overlap and contradict each other by up to 45\.0 m"):
+            with pytest.raises(InputDataError, match=r"overlap and contradict each other by up to 45\.0 m") as error:
                 read()
+            assert all(f"{path}" in str(error.value) for path in (metres, other))
+            assert str(third) not in str(error.value)
         assert model.heights_amsl_m(PLACE_DEG[0] + 0.002, PLACE_DEG[1]) == pytest.approx(700.0), (
             "where one is alone it counts"
         )
