@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from collections import deque
 from collections.abc import Iterator, Mapping
 from typing import Final
 
@@ -26,8 +27,22 @@ _READ_BEFORE: Final = (
 )
 """Sources whose input is read before there is a page, or by a command: their input errors end either."""
 
+_WITH_STATEMENTS: Final = (ast.stmt, ast.excepthandler, ast.match_case)
+
 Trees = Mapping[str, ast.Module]
 """Syntax trees by the paths of their sources."""
+
+
+def statements(tree: ast.AST) -> Iterator[ast.AST]:
+    """Yield all statements of a tree, outer ones first, and not the far more expressions in them."""
+    waiting = deque([tree])
+    while waiting:
+        node = waiting.popleft()
+        for name in node._fields:
+            inner = getattr(node, name)
+            if isinstance(inner, list) and inner and isinstance(inner[0], _WITH_STATEMENTS):
+                yield from inner
+                waiting += inner
 
 
 def of_stations(trees: Trees) -> set[str]:
@@ -48,7 +63,7 @@ def errors(trees: Trees) -> frozenset[str]:
     bases = {
         node.name: {base.id for base in node.bases if isinstance(base, ast.Name)}
         for tree in trees.values()
-        for node in ast.walk(tree)
+        for node in statements(tree)
         if isinstance(node, ast.ClassDef)
     }
     found = {_ERROR, *_INPUT_ERRORS}
@@ -67,7 +82,7 @@ def _module_of(name: str) -> str:
 
 
 def _imports(tree: ast.Module) -> Iterator[str]:
-    for node in ast.walk(tree):
+    for node in statements(tree):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module is not None:

@@ -114,7 +114,7 @@ def _fixed(value: ast.expr, known: Mapping[str, list[ast.expr]]) -> ast.expr:
 
 class _Module:
     def __init__(self, tree: ast.Module, errors: frozenset[str]) -> None:
-        functions = [node for node in ast.walk(tree) if isinstance(node, Function)]
+        functions = [node for node in station_sources.statements(tree) if isinstance(node, Function)]
         self._functions = {function.name: function for function in functions}
         self._speaking: Speaking = _SPEAKING | dict.fromkeys(errors, ((0, "\0"),))
         for function in functions:
