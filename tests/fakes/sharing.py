@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import subprocess
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Coroutine
 from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree as ET
 
 from aos_gcs.mission.model.snapshot import MissionSnapshot
@@ -34,6 +35,17 @@ class StillClock:
 
     def timeout_at(self, deadline_s: float) -> asyncio.Timeout:
         raise NotImplementedError
+
+
+@asynccontextmanager
+async def running(work: Coroutine[Any, Any, None]) -> AsyncIterator[None]:
+    """Do work, such as that of a channel, for as long as the context is entered."""
+    task = asyncio.create_task(work)
+    try:
+        yield
+    finally:
+        task.cancel()
+        await asyncio.wait({task})
 
 
 def scripted(vehicles: int = 2) -> MissionSnapshot:

@@ -25,7 +25,7 @@ from aos_gcs.sharing.tak import connection
 from aos_gcs.sharing.tak.channel import TakChannel
 from tests.fakes.bridge import connected
 from tests.fakes.mission import ScriptedMission
-from tests.fakes.sharing import TakServer, make_authority, make_certificate, seen
+from tests.fakes.sharing import TakServer, make_authority, make_certificate, running, seen
 from tests.timing import scaled_s
 
 FINDING = "aos-gcs.scripted-1.finding.1"
@@ -71,16 +71,11 @@ async def test_findings_reach_a_server_that_is_restarted_and_leave_it_when_they_
 
 
 @asynccontextmanager
-async def running(settings: TakSettings) -> AsyncIterator[TakChannel]:
+async def sharing(settings: TakSettings) -> AsyncIterator[TakChannel]:
     channel = TakChannel(settings, None, asyncio.get_running_loop().time, time.time)
     channel.put(seen(published_at_s=math.inf))
-    task = asyncio.create_task(channel.run())
-    try:
-        async with asyncio.timeout(scaled_s(30.0)):
-            yield channel
-    finally:
-        task.cancel()
-        await asyncio.wait({task})
+    async with running(channel.run()), asyncio.timeout(scaled_s(30.0)):
+        yield channel
 
 
 async def until(channel: TakChannel, text: str) -> ChannelState:
@@ -105,7 +100,7 @@ async def test_a_member_of_a_group_hears_the_marks_of_others_and_not_its_own() -
         other.bind(("127.0.0.1", 0))
         port = other.getsockname()[1]  # free for the group, too, as long as this socket is open
         settings = TakSettings(f"udp://239.2.3.1:{port}", interface="127.0.0.1", receive=True)
-        async with running(settings) as channel:
+        async with sharing(settings) as channel:
             await until(channel, "Sending")
             for datagram in (b"<event", b"<event how='h-e' no XML></event>", mark("drawn-2")):
                 other.sendto(datagram, ("239.2.3.1", port))
@@ -157,6 +152,6 @@ async def test_certificates_that_do_not_fit_are_named(
             key_file=None if name is None else str(certificates / f"{name}.key"),
             server_name=fields.get("server_name"),
         )
-        async with running(settings) as channel:
+        async with sharing(settings) as channel:
             assert await until(channel, text) is state
     assert bool(server.events) == (state is ChannelState.CONNECTED)

@@ -15,6 +15,7 @@ from aos_drivers.mavlink.doctor.traffic import Traffic
 from aos_drivers.mavlink.session import MavlinkSession
 from aos_drivers.mavlink.signing.signer import LinkSigner, SigningClock, ticks_of
 from tests.fakes.mavlink_vehicle import FakeVehicle
+from tests.fuzz_inputs import use_session
 
 KEY, OTHER_KEY = hashlib.sha256(b"right").digest(), hashlib.sha256(b"wrong").digest()
 UTC_S = 1_800_000_000.0
@@ -92,11 +93,7 @@ def test_whatever_arrives_is_survived(arriving: list[Arrival]) -> None:
         now_s += arrival.pause_s
         session.feed(arrival.data, arrival.peer, now_s)
         traffic.feed(arrival.data, arrival.peer, now_s)
-        session.poll(now_s)
-        session.send_heartbeat(now_s)
-        session.take_outgoing()
-        for record in session.records.values():
-            record.state(now_s)
+        use_session(session, now_s)
     links = [parse_link("udpin://0.0.0.0:14550"), parse_link("udpin://0.0.0.0:14551?sign=a.key")]
     diagnose(Examination(links, 254, traffic, session.records, [], now_s))
 

@@ -29,7 +29,7 @@ from aos_gcs.sharing.http import Answer, Request
 from aos_gcs.sharing.preview import preview
 from aos_gcs.sharing.settings import CaltopoSettings, SharingSettings, TakSettings, WebhookSettings
 from tests.fakes.scripted_vehicle import ORIGIN
-from tests.fakes.sharing import UTC_S, scripted, seen
+from tests.fakes.sharing import UTC_S, running, scripted, seen
 
 URL = "https://caltopo.com"
 SECRET = b"sixteen byte key"
@@ -157,7 +157,7 @@ async def reporting(service: Service) -> AsyncIterator[PositionChannel]:
     now_s = asyncio.get_running_loop().time
     settings = CaltopoSettings(positions=True)
     channel = PositionChannel(settings, "KEY", service, now_s, lambda: UTC_S)
-    async with _running(channel):
+    async with running(channel.run()):
         yield channel
 
 
@@ -166,18 +166,8 @@ async def mapping(service: Service) -> AsyncIterator[MapChannel]:
     now_s = asyncio.get_running_loop().time
     settings = CaltopoSettings(map="ABC", credential_id="ID")
     channel = MapChannel(settings, CREDENTIAL, service, now_s, lambda: UTC_S)
-    async with _running(channel):
+    async with running(channel.run()):
         yield channel
-
-
-@asynccontextmanager
-async def _running(channel: PositionChannel | MapChannel) -> AsyncIterator[None]:
-    running = asyncio.create_task(channel.run())
-    try:
-        yield
-    finally:
-        running.cancel()
-        await asyncio.wait({running})
 
 
 @pytest.mark.looptime

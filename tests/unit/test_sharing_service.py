@@ -23,6 +23,7 @@ from aos_gcs.sharing.state import SeenState
 from tests.fakes.command_line import exit_status
 from tests.fakes.mission import ScriptedMission
 from tests.fakes.recording import record
+from tests.fakes.sharing import running
 
 NOW_UTC_S = 1_795_000_000.0
 
@@ -73,13 +74,9 @@ def notice(number: int, age_s: float = 0.0) -> NoticeRecord:
 @asynccontextmanager
 async def sharing(source: Source) -> AsyncIterator[Channel]:
     channel = Channel()
-    running = asyncio.create_task(share(source, [channel], lambda: NOW_UTC_S))
-    await asyncio.sleep(0.1)
-    try:
+    async with running(share(source, [channel], lambda: NOW_UTC_S)):
+        await asyncio.sleep(0.1)
         yield channel
-    finally:
-        running.cancel()
-        await asyncio.wait({running})
 
 
 @pytest.mark.looptime

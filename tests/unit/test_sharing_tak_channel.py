@@ -15,7 +15,7 @@ from aos_gcs.sharing.settings import TakSettings
 from aos_gcs.sharing.tak import channel as tak_channel
 from aos_gcs.sharing.tak.channel import TakChannel
 from aos_gcs.sharing.tak.events import ping_xml
-from tests.fakes.sharing import parsed, seen
+from tests.fakes.sharing import parsed, running, seen
 from tests.unit.test_sharing_tak import PONG, PONG_UTC_S, finding, snapshot
 
 
@@ -69,12 +69,8 @@ async def sharing(monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[tuple[TakCha
     now_s = asyncio.get_running_loop().time
     channel = TakChannel(TakSettings("tcp://host:8087"), None, now_s, lambda: PONG_UTC_S)
     channel.put(seen(published_at_s=math.inf))
-    running = asyncio.create_task(channel.run())
-    try:
+    async with running(channel.run()):
         yield channel, network
-    finally:
-        running.cancel()
-        await asyncio.wait({running})
 
 
 @pytest.mark.looptime

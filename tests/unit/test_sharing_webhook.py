@@ -29,7 +29,7 @@ from aos_gcs.sharing.settings import WebhookSettings
 from aos_gcs.sharing.webhook.channel import WebhookChannel
 from aos_gcs.sharing.webhook.messages import FindingChanges, HookEvent, alert_message, finding_message
 from aos_gcs.sharing.webhook.queue import CAPACITY, HookQueue
-from tests.fakes.sharing import UTC_S, scripted, seen
+from tests.fakes.sharing import UTC_S, running, scripted, seen
 from tests.timing import scaled_s
 
 FOUND = Finding(1, FindingStatus.NEW, (10.0, 20.0, 1.0), 5.0, 8.0, 3, track_id=1, sigma_m=0.8, sightings=4)
@@ -159,12 +159,8 @@ async def delivering(
     client: Receiver | Client, url: str = "https://host/hook?token=x"
 ) -> AsyncIterator[WebhookChannel]:
     channel = WebhookChannel(WebhookSettings(url), "secret", client, lambda: UTC_S)
-    running = asyncio.create_task(channel.run())
-    try:
+    async with running(channel.run()):
         yield channel
-    finally:
-        running.cancel()
-        await asyncio.wait({running})
 
 
 @pytest.mark.looptime
