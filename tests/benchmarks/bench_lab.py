@@ -34,7 +34,7 @@ from aos_gcs.lab.sensing import make_sensor
 from aos_gcs.lab.studies import ALL, BETTER
 from aos_gcs.lab.workers import compute
 from aos_gcs.lab.worlds import Target, World
-from tests.benchmarks.figures import report
+from tests.benchmarks.figures import median_durations, report
 
 STRATEGIES = f"aos-pso,aos-pso(leader_stabilised=true),{BETTER}"
 CAMPAIGN_INITIALISATIONS = 6
@@ -109,16 +109,10 @@ def bench_workers(scenario: Scenario) -> None:
 
 def time_work(what: str, repetitions: int, action: Callable[[], object]) -> tuple[float, float]:
     """Print and return medians of wall and processor time."""
-    wall_s, processor_s = [], []
-    for _ in range(repetitions):
-        wall_start, processor_start = time.perf_counter(), time.process_time()
-        action()
-        wall_s.append(time.perf_counter() - wall_start)
-        processor_s.append(time.process_time() - processor_start)
-    wall, processor = statistics.median(wall_s), statistics.median(processor_s)
-    sys.stdout.write(f"{what:48s}{wall:.3f} s (processor {processor:.3f} s)\n")
+    durations = median_durations(repetitions, action)
+    sys.stdout.write(f"{what:48s}{durations}\n")
     sys.stdout.flush()
-    return wall, processor
+    return durations.wall_s, durations.processor_s
 
 
 if __name__ == "__main__":

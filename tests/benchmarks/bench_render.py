@@ -3,12 +3,8 @@
 from __future__ import annotations
 
 import math
-import statistics
 import sys
-import time
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +17,7 @@ from aos_sim.world.scene import Scene, SceneParameters, build_scene
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from tests.benchmarks.figures import report
+from tests.benchmarks.figures import median_durations, report
 
 CAMERA = CameraModel.from_fov(512, 512, math.radians(50.0))
 VISIBILITY_SEEDS = 20
@@ -52,28 +48,6 @@ def main() -> None:
     by_seed = single_view_visibilities().mean(axis=1)
     standard_error = by_seed.std(ddof=1) / math.sqrt(len(by_seed))
     print(f"mean single-view visibility {by_seed.mean():.3f} +- {standard_error:.3f} over {len(by_seed)} worlds")
-
-
-@dataclass(frozen=True, slots=True)
-class Durations:
-    """Medians of wall and processor time; they differ by threads, and where other programs take the cores."""
-
-    wall_s: float
-    processor_s: float
-
-    def __str__(self) -> str:
-        return f"{self.wall_s:.3f} s (processor {self.processor_s:.3f} s)"
-
-
-def median_durations(repetitions: int, action: Callable[[], object]) -> Durations:
-    """Return the medians of some repetitions."""
-    wall_s, processor_s = [], []
-    for _ in range(repetitions):
-        wall_start, processor_start = time.perf_counter(), time.process_time()
-        action()
-        wall_s.append(time.perf_counter() - wall_start)
-        processor_s.append(time.process_time() - processor_start)
-    return Durations(statistics.median(wall_s), statistics.median(processor_s))
 
 
 def views_of_person(scene: Scene, count: int, rng: np.random.Generator) -> list[Pose]:
