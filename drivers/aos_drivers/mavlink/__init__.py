@@ -4,6 +4,6 @@
 links, the recorder and the cameras; ``signing`` and ``doctor`` are folders. See docs/drivers.md.
 """
 
-from aos_drivers.mavlink.service import MavlinkFleet, open_mavlink
+from aos_drivers.mavlink.service import open_mavlink
 
-__all__ = ["MavlinkFleet", "open_mavlink"]
+__all__ = ["open_mavlink"]

@@ -5,6 +5,6 @@ sockets carry its bytes (``wire``), because its own send every packet to every v
 of the service's health. See docs/drivers.md.
 """
 
-from aos_drivers.mavsdk.service import MavsdkFleet, open_mavsdk
+from aos_drivers.mavsdk.service import open_mavsdk
 
-__all__ = ["MavsdkFleet", "open_mavsdk"]
+__all__ = ["open_mavsdk"]

@@ -69,14 +69,14 @@ class CommandTransaction:
         self.due_s = now_s + self._ack_timeout_s
         return message
 
-    def on_ack(self, ack: mavlink.MAVLink_command_ack_message, source: tuple[int, int], now_s: float) -> bool:
-        """Process an acknowledgement from ``source`` (system, component); return whether it was for this command."""
+    def on_ack(self, ack: mavlink.MAVLink_command_ack_message, source: tuple[int, int], now_s: float) -> None:
+        """Process an acknowledgement from ``source`` (system, component), if it is for this command."""
         message = self._message
         if ack.command != message.command or source != (message.target_system, message.target_component):
-            return False
+            return
         may_be_of_repetition = self.answer is Answer.ACCEPTED and self._sendings > 1 and math.isinf(self._repeat_s)
         if may_be_of_repetition and ack.result != mavlink.MAV_RESULT_ACCEPTED:
-            return True
+            return
         self.result = ack.result
         if ack.result == mavlink.MAV_RESULT_ACCEPTED:
             self.answer = Answer.ACCEPTED
@@ -88,7 +88,6 @@ class CommandTransaction:
         else:
             self.answer = Answer.REFUSED
             self.due_s = math.inf
-        return True
 
 
 def result_text(result: int | None) -> str:

@@ -1,5 +1,5 @@
 """RGB and thermal images of a simulated world."""
 
-from aos_sim.render.renderer import PersonMasks, Renderer
+from aos_sim.render.renderer import Renderer
 
-__all__ = ["PersonMasks", "Renderer"]
+__all__ = ["Renderer"]
