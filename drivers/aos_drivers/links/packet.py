@@ -80,14 +80,20 @@ class LazyMessage(mavlink.MAVLink_message):  # type: ignore[misc]
         """Return where the payload ends."""
         return _HEADER_BYTES[self._msgbuf[0]] + self._msgbuf[1]
 
-    def decode(self) -> None:
-        """Take the fields out of the packet, as the first reading of one does."""
+    def values(self) -> tuple[Any, ...]:
+        """Return all values of the packet in their order there, as ``struct`` does; decodes no fields."""
         packet, unpacker = self._msgbuf, self._kind.unpacker
         start = _HEADER_BYTES[packet[0]]
+        values: tuple[Any, ...]
         if packet[1] >= unpacker.size:
             values = unpacker.unpack_from(packet, start)
         else:  # MAVLink 2 cuts zeros off
             values = unpacker.unpack(packet[start : start + packet[1]].ljust(unpacker.size, b"\0"))
+        return values
+
+    def decode(self) -> None:
+        """Take the fields out of the packet, as the first reading of one does."""
+        values = self.values()
         if self._has_arrays:
             self.__dict__.update(
                 (name, values[first] if last == first + 1 else list(values[first:last]))

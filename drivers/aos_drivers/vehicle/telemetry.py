@@ -11,6 +11,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from aos_drivers.vehicle.confirmation import Confirmation, JumpFilter
 from aos_drivers.vehicle.frozen import FrozenPosition
 from aos_drivers.vehicle.jumps import PositionJumps
+from aos_drivers.vehicle.position_report import position_from_e7, position_report
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.geometry.heights import AboveHomeM, AmslM, amsl_above_home_m
 from aos_gcs.ports import FlightMode, LandedState
@@ -176,15 +177,6 @@ class Telemetry:
             handler(self, message, now_s)
 
 
-def position_from_e7(latitude_e7: int, longitude_e7: int, altitude_amsl_m: AmslM) -> GeodeticPosition | None:
-    """Return the position of MAVLink's integers (1e-7 degrees), or None for what means "unknown" or is none."""
-    if (latitude_e7 == 0 and longitude_e7 == 0) or not math.isfinite(altitude_amsl_m):
-        return None
-    if not (-90e7 <= latitude_e7 <= 90e7 and -180e7 <= longitude_e7 <= 180e7):
-        return None
-    return GeodeticPosition(latitude_e7 / 1e7, longitude_e7 / 1e7, altitude_amsl_m)
-
-
 def has_no_position(target: mavlink.MAVLink_message) -> bool:
     """Return whether a reported target, POSITION_TARGET_GLOBAL_INT or POSITION_TARGET_LOCAL_NED, is not a position."""
     return bool(target.type_mask & _IGNORES_POSITION)
@@ -193,20 +185,20 @@ def has_no_position(target: mavlink.MAVLink_message) -> bool:
 def _take_global_position(
     telemetry: Telemetry, message: mavlink.MAVLink_global_position_int_message, now_s: float
 ) -> None:
-    boot_ms = message.time_boot_ms
+    report = position_report(message)
+    boot_ms, motion, velocity_enu_mps = report.boot_ms, report.motion, report.velocity_enu_mps
     is_recent = telemetry.position_at_s is not None and now_s - telemetry.position_at_s < _ORDER_S
     if is_recent and boot_ms < telemetry.position_boot_ms:
         return  # overtaken by a newer one
-    velocity_enu_mps = message.vy / 100, message.vx / 100, -message.vz / 100
-    position = position_from_e7(message.lat, message.lon, AmslM(message.alt / 1000))
+    position = None if motion is None else motion.position
     if not telemetry.take_position(position, now_s, velocity_enu_mps, boot_ms):
         return
     telemetry.position_boot_ms = boot_ms
     if position is not None:
         telemetry.jumps.take(position, velocity_enu_mps, boot_ms)
-    if message.hdg != _UNKNOWN_UINT16:
-        telemetry.heading_rad = math.radians(message.hdg / 100 % 360.0)
-    telemetry.relative_altitude_m = AboveHomeM(message.relative_alt / 1000)
+    if report.heading_rad is not None:
+        telemetry.heading_rad = report.heading_rad
+    telemetry.relative_altitude_m = report.relative_altitude_m
     telemetry.velocity_enu_mps = velocity_enu_mps
 
 

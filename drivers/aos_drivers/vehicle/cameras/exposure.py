@@ -13,8 +13,8 @@ from aos_drivers.frames.files.fetching import ImageFetcher
 from aos_drivers.frames.poses.plausibility import check_quaternion
 from aos_drivers.frames.settings import CameraPlan
 from aos_drivers.vehicle.commands import Send
+from aos_drivers.vehicle.position_report import position_from_e7
 from aos_drivers.vehicle.record import VehicleRecord
-from aos_drivers.vehicle.telemetry import position_from_e7
 from aos_drivers.vehicle.waiting import Changes
 from aos_gcs.errors import CaptureError
 from aos_gcs.geometry.geodesy import GeodeticPosition

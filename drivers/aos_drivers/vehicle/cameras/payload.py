@@ -13,10 +13,11 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from aos_drivers.frames.poses.clocks import BootClock, ExposureTime
 from aos_drivers.frames.poses.gimbal import gimbal_attitude
 from aos_drivers.frames.poses.mount import Carrier
-from aos_drivers.frames.poses.track import Motion, PoseTrack
+from aos_drivers.frames.poses.track import PoseTrack
 from aos_drivers.frames.settings import CameraSettings
 from aos_drivers.vehicle.failures import ReportFailures
-from aos_drivers.vehicle.telemetry import MOST_UNREAD, position_from_e7
+from aos_drivers.vehicle.position_report import position_from_e7, position_report
+from aos_drivers.vehicle.telemetry import MOST_UNREAD
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.geometry.heights import AmslM
 from aos_gcs.geometry.rotations import R_from_yaw_pitch_roll
@@ -125,12 +126,11 @@ def motion_rates_hz(settings: CameraSettings) -> dict[int, float]:
 def _take_position(
     track: PoseTrack, clock: BootClock, message: mavlink.MAVLink_global_position_int_message, now_s: float
 ) -> None:
-    boot_s = message.time_boot_ms / 1e3
+    report = position_report(message)
+    boot_s = report.boot_ms / 1e3
     clock.hear_boot(boot_s, now_s)
-    position = position_from_e7(message.lat, message.lon, AmslM(message.alt / 1000))
-    if position is not None:
-        velocity_enu_mps = (message.vy / 100, message.vx / 100, -message.vz / 100)
-        track.add_motion(boot_s, Motion(position, velocity_enu_mps))
+    if report.motion is not None:
+        track.add_motion(boot_s, report.motion)
 
 
 def _take_attitude(track: PoseTrack, clock: BootClock, message: mavlink.MAVLink_attitude_message, now_s: float) -> None:
