@@ -26,7 +26,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.frames.files.images import decode_image
 from aos_drivers.links.address import PeerAddress
-from aos_drivers.mavlink.session import MavlinkSession, PacketReceived
+from aos_drivers.mavlink.session import MavlinkSession
 from aos_drivers.mavlink.signing.signer import LinkSigner, SigningClock, ticks_of
 from aos_gcs.errors import CaptureError
 from tests.fakes.mavlink_vehicle import FakeVehicle
@@ -142,7 +142,7 @@ def feed_packets(count: int, seed: int) -> int:
         data = spoiled(packet, former, draw) if kind > 0.75 else packet
         former = packet
         now_s += draw.choice((0.0, 0.001, 0.01, 0.02))
-        valid += sum(isinstance(event, PacketReceived) for event in session.feed(data, draw.choice(peers), now_s))
+        valid += sum(isinstance(event, tuple) for event in session.feed(data, draw.choice(peers), now_s))
         if now_s >= due_s:
             due_s = now_s + draw.choice((0.1, 0.1, 3.0))
             use_session(session, now_s)

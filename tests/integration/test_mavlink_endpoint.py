@@ -17,7 +17,6 @@ from aos_drivers.links.address import PeerAddress
 from aos_drivers.links.arrival import time_in_socket_s
 from aos_drivers.links.intake import MAX_DATAGRAM_BYTES
 from aos_drivers.links.opener import Receiver, UdpEndpoint
-from aos_gcs.clock import machine_utc_s
 
 
 def test_a_datagram_larger_than_any_bundle_of_packets_is_dropped() -> None:
@@ -165,13 +164,12 @@ async def test_how_long_a_datagram_waited_is_passed_on_with_it() -> None:
 
 
 def test_a_waiting_time_is_bounded_and_zero_where_it_is_not_known() -> None:
-    option = (socket.SOL_SOCKET, 35)
-    now_s = int(machine_utc_s())
-    assert time_in_socket_s([], 0.02) == 0.0
-    assert time_in_socket_s([(*option, b"short")], 0.02) == 0.0
-    assert time_in_socket_s([(socket.SOL_SOCKET, 29, struct.pack("@ll", now_s - 9, 0))], 0.02) == 0.0
-    assert time_in_socket_s([(*option, struct.pack("@ll", now_s - 9, 0))], 0.02) == 0.02
-    assert time_in_socket_s([(*option, struct.pack("@ll", now_s + 9, 0))], 0.02) == 0.0
+    option, now_s = (socket.SOL_SOCKET, 35), 1_800_000_000.0
+    assert time_in_socket_s([], now_s, 0.02) == 0.0
+    assert time_in_socket_s([(*option, b"short")], now_s, 0.02) == 0.0
+    assert time_in_socket_s([(socket.SOL_SOCKET, 29, struct.pack("@ll", 1_799_999_991, 0))], now_s, 0.02) == 0.0
+    assert time_in_socket_s([(*option, struct.pack("@ll", 1_799_999_991, 0))], now_s, 0.02) == 0.02
+    assert time_in_socket_s([(*option, struct.pack("@ll", 1_800_000_009, 0))], now_s, 0.02) == 0.0
 
 
 @pytest.mark.looptime

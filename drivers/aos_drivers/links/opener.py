@@ -6,6 +6,7 @@ import asyncio
 import errno
 import math
 import socket
+from collections import deque
 from collections.abc import Callable
 from contextlib import AsyncExitStack, suppress
 from typing import Protocol
@@ -16,6 +17,7 @@ from aos_drivers.links.arrival import ARRIVAL_BYTES, ask_for_arrivals, time_in_s
 from aos_drivers.links.intake import MAX_DATAGRAM_BYTES
 from aos_drivers.links.overload import OverloadWatch, dropped_datagrams, inode_of
 from aos_drivers.links.serial_port import SerialEndpoint, serial_error
+from aos_gcs.clock import machine_utc_s
 from aos_gcs.errors import LinkError
 from aos_gcs.ports import Clock
 
@@ -43,6 +45,10 @@ class Receiver(Protocol):
         ...
 
 
+def _nothing() -> None:
+    """Leave nothing to be done after a reading."""
+
+
 class Endpoint(Protocol):
     """An open link."""
 
@@ -59,9 +65,11 @@ class UdpEndpoint(asyncio.DatagramProtocol):
     waited by that is passed on with it; what this station is late beyond that is not.
     """
 
-    def __init__(self, link: int, receive: Receiver, is_connected: bool) -> None:
+    def __init__(self, link: int, receive: Receiver, is_connected: bool, settle: Callable[[], None] = _nothing) -> None:
+        """Pass datagrams on to ``receive``, and call ``settle`` after those that were read together."""
         self._link = link
         self._receive = receive
+        self._settle = settle
         self._is_connected = is_connected
         self._transport: asyncio.DatagramTransport | None = None
         self._socket: socket.socket | None = None
@@ -69,6 +77,8 @@ class UdpEndpoint(asyncio.DatagramProtocol):
         self._next_read: asyncio.TimerHandle | None = None
         self._pause_s = _PAUSE_S
         self._peers: dict[tuple[str, int], PeerAddress] = {}
+        self._waiting: deque[tuple[bytes, list[tuple[int, int, bytes]], int, tuple[str, int]]] = deque()
+        """Datagrams that are read and not passed on yet: none but in ``_take_waiting``, and after an error there."""
 
     def connection_made(self, transport: asyncio.DatagramTransport) -> None:  # type: ignore[override]
         """See asyncio."""
@@ -96,7 +106,10 @@ class UdpEndpoint(asyncio.DatagramProtocol):
                 self._pause_s = _PAUSE_S
                 self._read_after(_PAUSE_S, self._socket)
             self._came_at_s = now_s
-        self._take(data, addr)
+        try:
+            self._take(data, addr)
+        finally:
+            self._settle()
 
     def _read_after(self, pause_s: float, source: socket.socket) -> None:
         self._next_read = asyncio.get_running_loop().call_later(pause_s, self._read, source)
@@ -117,13 +130,18 @@ class UdpEndpoint(asyncio.DatagramProtocol):
 
     def _take_waiting(self, source: socket.socket) -> int:
         """Pass on the datagrams that wait, up to ``_MOST_AT_ONCE``, and return how many these were."""
-        for taken in range(_MOST_AT_ONCE):
-            try:
-                data, ancillary, _flags, address = source.recvmsg(MAX_DATAGRAM_BYTES + 1, ARRIVAL_BYTES)
-            except OSError:
-                return taken  # nothing waits, or a peer is unreachable: what waits behind that is read later
-            self._take(data, address, time_in_socket_s(ancillary, _LONG_PAUSE_S))
-        return _MOST_AT_ONCE
+        waiting = self._waiting
+        with suppress(OSError):  # nothing waits, or a peer is unreachable: what waits behind that is read later
+            while len(waiting) < _MOST_AT_ONCE:
+                waiting.append(source.recvmsg(MAX_DATAGRAM_BYTES + 1, ARRIVAL_BYTES))
+        taken, now_utc_s = len(waiting), machine_utc_s()
+        try:
+            while waiting:
+                data, ancillary, _flags, address = waiting.popleft()
+                self._take(data, address, time_in_socket_s(ancillary, now_utc_s, _LONG_PAUSE_S))
+        finally:
+            self._settle()
+        return taken
 
     def _take(self, data: bytes, address: tuple[str, int], waited_s: float = 0.0) -> None:
         """Pass on a datagram; those larger than any bundle of packets are dropped."""
@@ -191,13 +209,19 @@ class LinkOpener:
         clock: Clock,
         receive: Receiver,
         on_change: Callable[[str], None],
+        *,
+        settle: Callable[[], None] = _nothing,
     ) -> None:
-        """``on_change`` is called with a sentence when a connection or device is lost or restored."""
+        """Pass what is received on to ``receive``, and call ``settle`` after what was read together.
+
+        ``on_change`` is called with a sentence when a connection or device is lost or restored.
+        """
         self._stack = stack
         self._tasks = tasks
         self._clock = clock
         self._receive = receive
         self._on_change = on_change
+        self._settle = settle
 
     async def open(self, link: int, address: LinkAddress) -> tuple[Endpoint, PeerAddress | None]:
         """Return the endpoint and, for links that call out, its peer.
@@ -218,12 +242,18 @@ class LinkOpener:
         except OSError as error:
             raise _link_error(address, error) from error
 
+    def _receive_alone(self, data: bytes, peer: PeerAddress, waited_s: float = 0.0, /) -> None:
+        try:
+            self._receive(data, peer, waited_s)
+        finally:
+            self._settle()
+
     async def _open_udp(self, link: int, address: LinkAddress) -> tuple[Endpoint, PeerAddress | None]:
         loop = asyncio.get_running_loop()
         where = (address.host, address.port)
         is_connected = address.kind == "udpout"
         transport, endpoint = await loop.create_datagram_endpoint(
-            lambda: UdpEndpoint(link, self._receive, is_connected),
+            lambda: UdpEndpoint(link, self._receive, is_connected, self._settle),
             local_addr=None if is_connected else where,
             remote_addr=where if is_connected else None,
         )
@@ -240,7 +270,7 @@ class LinkOpener:
         return endpoint, PeerAddress(link, host, port)
 
     def _open_serial(self, link: int, address: LinkAddress) -> tuple[Endpoint, PeerAddress]:
-        endpoint = SerialEndpoint(link, address, self._receive)
+        endpoint = SerialEndpoint(link, address, self._receive_alone)
         try:
             endpoint.open()
         except OSError as error:
@@ -266,14 +296,14 @@ class LinkOpener:
         return True
 
     async def _open_tcp_server(self, link: int, address: LinkAddress) -> tuple[Endpoint, None]:
-        endpoint = TcpEndpoint(link, self._receive)
+        endpoint = TcpEndpoint(link, self._receive_alone)
         server = await asyncio.start_server(endpoint.serve, address.host, address.port)
         self._stack.callback(server.close)
         self._stack.callback(endpoint.close)
         return endpoint, None
 
     async def _open_tcp_client(self, link: int, address: LinkAddress) -> tuple[Endpoint, PeerAddress]:
-        endpoint = TcpEndpoint(link, self._receive)
+        endpoint = TcpEndpoint(link, self._receive_alone)
         async with asyncio.timeout(_CONNECT_TIMEOUT_S):
             reader, writer = await asyncio.open_connection(address.host, address.port)
         host, port = writer.get_extra_info("peername")[:2]

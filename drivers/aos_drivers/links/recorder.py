@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import struct
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import AsyncExitStack
 from pathlib import Path
 
@@ -49,12 +49,21 @@ class TlogRecorder:
 
     def write(self, packet: bytes | bytearray, utc_s: float) -> None:
         """Record one packet that was sent or received at ``utc_s``."""
-        record = _TIMESTAMP.pack(int(utc_s * 1e6)) + packet
+        self.write_all([packet], utc_s)
+
+    def write_all(self, packets: Sequence[bytes | bytearray], utc_s: float) -> None:
+        """Record valid packets, sent or received together at ``utc_s``."""
+        stamp = _TIMESTAMP.pack(int(utc_s * 1e6))
+        records = b"".join([part for packet in packets for part in (stamp, packet)])
         with self._lock:
-            if self._has_failed or len(self._buffer) + len(record) > _BUFFER_BYTES:
-                self.dropped += 1
-            else:
-                self._buffer += record
+            if not self._has_failed and len(self._buffer) + len(records) <= _BUFFER_BYTES:
+                self._buffer += records
+                return
+            for packet in packets:
+                if self._has_failed or len(self._buffer) + len(stamp) + len(packet) > _BUFFER_BYTES:
+                    self.dropped += 1
+                else:
+                    self._buffer += stamp + packet
 
     def _run(self) -> None:
         try:

@@ -18,7 +18,7 @@ from aos_drivers.links.former import former_owners
 from aos_drivers.links.opener import Endpoint, LinkOpener
 from aos_drivers.links.recorder import TlogRecorder, open_recorder
 from aos_drivers.mavlink.component import ComponentSource
-from aos_drivers.mavlink.session import Event, MavlinkSession, PacketReceived, VehicleFound
+from aos_drivers.mavlink.session import Event, MavlinkSession, VehicleFound
 from aos_drivers.mavlink.signing.keyring import Keyring
 from aos_drivers.options import DriverOptions
 from aos_drivers.vehicle.cameras.exposure import CaptureTools, VehicleAccess
@@ -50,6 +50,8 @@ class MavlinkFleet:
         self._endpoints: dict[int, Endpoint] = {}
         self._vehicles: dict[int, Vehicle] = {}
         self._changes: dict[int, Changes] = {}
+        self._read_at_s: float | None = None
+        """Clock time of the reading that is in progress."""
 
     def vehicles(self) -> Mapping[int, Vehicle]:
         """Return all vehicles ever heard, by system id."""
@@ -63,8 +65,19 @@ class MavlinkFleet:
 
     def receive(self, data: bytes, peer: PeerAddress, waited_s: float = 0.0, /) -> None:
         """Process bytes of a link that came ``waited_s`` ago, in real seconds."""
-        clock = self._context.clock
-        self._handle(self._session.feed(data, peer, clock.now_s() - waited_s * clock.speed))
+        self.take(data, peer, waited_s)
+        self.settle()
+
+    def take(self, data: bytes, peer: PeerAddress, waited_s: float = 0.0, /) -> None:
+        """Process bytes of a link as ``receive`` does, as part of a reading that ``settle`` ends."""
+        if self._read_at_s is None:
+            self._read_at_s = self._context.clock.now_s()
+        self._session.take(data, peer, self._read_at_s - waited_s * self._context.clock.speed)
+
+    def settle(self) -> None:
+        """Record what was read, tell those who wait for it, and send the answers to it."""
+        self._read_at_s = None
+        self._handle(self._session.take_events())
         if self._session.has_outgoing:
             self._flush()
 
@@ -84,15 +97,13 @@ class MavlinkFleet:
         self._flush()
 
     def _handle(self, events: list[Event]) -> None:
+        packets: list[bytes] = []
+        heard_ids: dict[int | None, None] = {}
         for event in events:
-            if isinstance(event, PacketReceived):
-                packet, vehicle_id = event
-                if self._recorder is not None:
-                    self._recorder.write(packet, self._context.clock.utc_s())
-                if vehicle_id is not None:
-                    self._changes[vehicle_id].announce()
-                continue
             match event:
+                case (packet, vehicle_id):
+                    packets.append(packet)
+                    heard_ids[vehicle_id] = None
                 case VehicleFound(record):
                     changes = self._changes[record.vehicle_id] = Changes(self._context.clock)
                     access = VehicleAccess(record, self._send, changes, record.host_of)
@@ -101,14 +112,23 @@ class MavlinkFleet:
                     self._vehicles[record.vehicle_id] = vehicle
                 case Notice():
                     self._context.notify(event)
+        self._record(packets)
+        for heard_id in heard_ids:
+            if heard_id is not None:
+                self._changes[heard_id].announce()
 
     def _flush(self) -> None:
+        packets: list[bytes] = []
         for outgoing in self._session.take_outgoing():
             endpoint = self._endpoints.get(outgoing.peer.link)
             if endpoint is not None:
                 endpoint.send(outgoing.packet, outgoing.peer)
-                if self._recorder is not None:
-                    self._recorder.write(outgoing.packet, self._context.clock.utc_s())
+                packets.append(outgoing.packet)
+        self._record(packets)
+
+    def _record(self, packets: Sequence[bytes]) -> None:
+        if packets and self._recorder is not None:
+            self._recorder.write_all(packets, self._context.clock.utc_s())
 
 
 @asynccontextmanager
@@ -136,7 +156,12 @@ async def open_mavlink(links: Sequence[str], context: DriverContext) -> AsyncIte
         fleet = MavlinkFleet(session, context, tools, recorder)
         tasks = await stack.enter_async_context(BackgroundTasks(lambda error: _report_failure(context, error)))
         opener = LinkOpener(
-            stack, tasks, context.clock, fleet.receive, lambda text: context.notify(Notice(Severity.WARNING, text))
+            stack,
+            tasks,
+            context.clock,
+            fleet.take,
+            lambda text: context.notify(Notice(Severity.WARNING, text)),
+            settle=fleet.settle,
         )
         for number, address in enumerate(addresses):
             fleet.add_endpoint(number, *await opener.open(number, address))

@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import NamedTuple
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
@@ -33,12 +32,8 @@ _REFUSALS = {
 }
 
 
-class PacketReceived(NamedTuple):
-    """A valid packet arrived."""
-
-    packet: bytes
-    vehicle_id: int | None
-    """The vehicle it belongs to, None for those of other ground stations and strangers."""
+PacketReceived = tuple[bytes, int | None]
+"""A valid packet that arrived, and the vehicle it belongs to: None for those of other ground stations and strangers."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,6 +89,11 @@ class MavlinkSession:
         self._peers.pin(peer)
 
     def feed(self, data: bytes, peer: PeerAddress, now_s: float) -> list[Event]:
+        """Process bytes from ``peer`` as ``take`` does, and return what has happened."""
+        self.take(data, peer, now_s)
+        return self.take_events()
+
+    def take(self, data: bytes, peer: PeerAddress, now_s: float) -> None:
         """Process bytes from ``peer``; what is not MAVLink is dropped and counted."""
         for message, refusal, is_signed in self._peers.receive(data, peer, now_s):
             try:
@@ -103,7 +103,6 @@ class MavlinkSession:
                     self._report_refusal(message.get_srcSystem(), peer, refusal)
             except Exception as error:  # a defect at one packet, which must not end its link for all vehicles
                 self._failures_of(message.get_srcSystem()).note(message.get_type(), error)
-        return self._take_events()
 
     def poll(self, now_s: float) -> list[Event]:
         """Do work that is due without a received packet. Call it several times a second."""
@@ -121,7 +120,7 @@ class MavlinkSession:
         ownerships = [each.ownership for each in self.records.values()]
         ownerships += [each.ownership for each in self._former.values()]
         self._peers.intake.protected = frozenset().union(*(each.owners for each in ownerships if each.is_claimed))
-        return self._take_events()
+        return self.take_events()
 
     # --- out --------------------------------------------------------------------------------------------------------
 
@@ -156,7 +155,8 @@ class MavlinkSession:
         """Bytes received that belonged to no valid packet."""
         return self._peers.dropped_bytes
 
-    def _take_events(self) -> list[Event]:
+    def take_events(self) -> list[Event]:
+        """Return and forget what has happened: all calls of ``take`` until then are one reading of the links."""
         events, self._events = self._events, []
         return events
 
@@ -174,7 +174,7 @@ class MavlinkSession:
         record = self.records.get(message.get_srcSystem())
         if record is not None:
             record.count_unknown(message.get_srcComponent(), message.get_seq(), peer)
-        self._events.append(PacketReceived(message.get_msgbuf(), None))
+        self._events.append((message.get_msgbuf(), None))
 
     def _on_packet(self, message: mavlink.MAVLink_message, peer: PeerAddress, now_s: float, is_signed: bool) -> None:
         if isinstance(message, mavlink.MAVLink_unknown):
@@ -193,10 +193,10 @@ class MavlinkSession:
             is_moved = record.hear(component_id, message.get_seq(), peer, now_s, is_signed=is_signed)
             if record.identity.has_several_addresses and self._is_duplicate(record, message, peer, now_s):
                 return
-            self._events.append(PacketReceived(message.get_msgbuf(), record.vehicle_id))
+            self._events.append((message.get_msgbuf(), record.vehicle_id))
             self._on_vehicle_packet(record, message, peer, now_s, is_moved)
             return
-        self._events.append(PacketReceived(message.get_msgbuf(), None))
+        self._events.append((message.get_msgbuf(), None))
         if system_id == self._system_id and not self._has_warned_of_own_id:
             self._has_warned_of_own_id = True
             text = f"another ground station uses our system id {system_id}: change one of them"
@@ -206,7 +206,7 @@ class MavlinkSession:
         self, record: VehicleRecord, message: mavlink.MAVLink_message, peer: PeerAddress, now_s: float, is_signed: bool
     ) -> None:
         """Ignore a packet with the id of an armed vehicle, but for what may prove that it comes from that vehicle."""
-        self._events.append(PacketReceived(message.get_msgbuf(), None))
+        self._events.append((message.get_msgbuf(), None))
         notice = record.take_stranger(message, peer, now_s, is_signed=is_signed)
         if notice is not None:
             self._events.append(notice)
