@@ -82,8 +82,8 @@ def test_a_flood_of_valid_packets_does_not_shut_out_a_vehicle_in_flight() -> Non
 def test_a_noisy_line_that_also_brings_packets_is_read() -> None:
     budget = PeerIntake()
     for tick in range(1000):
-        assert budget.admits(tick / 10)
-        budget.spend(2000, 900)
+        assert budget.settle(tick / 10)
+        budget.book(2000, 900)
 
 
 def test_ever_new_addresses_are_admitted_slowly() -> None:

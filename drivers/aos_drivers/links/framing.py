@@ -52,7 +52,8 @@ class FrameParser:
         messages: list[mavlink.MAVLink_message] = []
         index, size = 0, len(data)
         while index < size:
-            header_size = _HEADER_SIZE.get(data[index])
+            marker = data[index]
+            header_size = _HEADER_SIZE.get(marker)
             if header_size is None:
                 match = _MARKER.search(data, index)
                 start = match.start() if match else size
@@ -64,7 +65,7 @@ class FrameParser:
                 break
             stop = index + header_size + data[index + 1]
             end = stop + _CRC_SIZE
-            if data[index + 2] & _SIGNED and data[index] == _V2:
+            if data[index + 2] & _SIGNED and marker == _V2:
                 end += _SIGNATURE_SIZE
             if end > size:
                 self._tail = data[index:]

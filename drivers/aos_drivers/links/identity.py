@@ -49,7 +49,7 @@ class Identity:
     proof are taken for two vehicles.
     """
 
-    __slots__ = ("_clash_until_s", "_kept", "_last", "_returns_at_s", "_sightings")
+    __slots__ = ("_clash_until_s", "_kept", "_last", "_returns_at_s", "_sightings", "has_several_addresses")
 
     def __init__(self) -> None:
         self._last: PeerAddress | None = None
@@ -57,11 +57,8 @@ class Identity:
         self._returns_at_s: list[float] = []
         self._clash_until_s = -math.inf
         self._kept: frozenset[PeerAddress] = frozenset()
-
-    @property
-    def has_several_addresses(self) -> bool:
-        """Whether packets can arrive twice."""
-        return len(self._sightings) > 1
+        self.has_several_addresses = False
+        """Whether packets can arrive twice, and two vehicles can use the id."""
 
     def addresses(self) -> list[PeerAddress]:
         """Return the addresses that are remembered."""
@@ -74,6 +71,7 @@ class Identity:
     def recall(self, address: PeerAddress, uid: bytes | None, booted_at_s: float | None, now_s: float) -> None:
         """Note the board and the boot that were heard at ``address`` before the start; its silence counts from now."""
         self._sightings[address] = sighting = _Sighting(now_s, now_s, uid=uid, is_placed=True)
+        self.has_several_addresses = len(self._sightings) > 1
         sighting.boot.booted_at_s = booted_at_s
 
     def proof(self, address: PeerAddress, now_s: float) -> ProvenLink:
@@ -103,6 +101,7 @@ class Identity:
             sighting = self._sightings[address] = _Sighting(now_s, now_s)
             if len(self._sightings) > _MAX_ADDRESSES:
                 self._forget_oldest()
+            self.has_several_addresses = len(self._sightings) > 1
         else:
             if address != self._last and now_s - sighting.heard_at_s <= MEMORY_S:
                 self._on_return(address, now_s)
@@ -133,11 +132,9 @@ class Identity:
     def hear_boot_time(self, address: PeerAddress, boot_ms: int, now_s: float) -> bool:
         """Return whether the time since boot shows that the vehicle at ``address`` has restarted."""
         sighting = self._sightings[address]
-        same = [sighting]
-        if len(self._sightings) > 1:
-            same = [entry for key, entry in self._sightings.items() if self.is_same_vehicle(address, key)]
+        same = self._same_as(address) if self.has_several_addresses else [sighting]
         if not sighting.boot.hear(boot_ms, now_s):
-            return self._has_moved_by_restart(address, sighting, now_s)
+            return not sighting.is_placed and self._has_moved_by_restart(address, sighting, now_s)
         for entry in same:
             entry.boot.begin_anew(boot_ms, now_s)
         return True
@@ -146,10 +143,11 @@ class Identity:
         """Note the time since boot of a sender that is not taken for the vehicle."""
         self._sightings[address].boot.hear(boot_ms, now_s)
 
+    def _same_as(self, address: PeerAddress) -> list[_Sighting]:
+        return [entry for key, entry in self._sightings.items() if self.is_same_vehicle(address, key)]
+
     def _has_moved_by_restart(self, address: PeerAddress, sighting: _Sighting, now_s: float) -> bool:
         """Return, once, whether a vehicle is heard at a new address since it has restarted."""
-        if sighting.is_placed:
-            return False
         others = {key: entry for key, entry in self._sightings.items() if entry.is_placed and key != address}
         if not others:
             sighting.is_placed = True
@@ -199,7 +197,7 @@ class Identity:
 
     def questions(self, now_s: float) -> list[PeerAddress]:
         """Return the addresses at which to request the board's identity now."""
-        if len(self._sightings) < 2:
+        if not self.has_several_addresses:
             return []
         living = {key: entry for key, entry in self._sightings.items() if now_s - entry.heard_at_s <= MEMORY_S}
         if len(living) < 2:

@@ -28,29 +28,27 @@ _NEW_PEERS_BURST = 1024.0
 class PeerIntake:
     """Budgets of one address. What is valid earns what noise costs: a bad line is not shut out, only noise is."""
 
-    __slots__ = ("_bytes", "_garbage", "_is_settled", "_unbooked")
+    __slots__ = ("_bytes", "_garbage", "is_settled", "unbooked")
 
     def __init__(self) -> None:
         self._garbage = TokenBucket(_GARBAGE_BYTES_PER_S, _GARBAGE_BURST_BYTES)
         self._bytes = TokenBucket(_PEER_BYTES_PER_S, _PEER_BURST_BYTES)
-        self._is_settled = False
+        self.is_settled = False
         """Whether both budgets were in credit when they were last booked: less than a lump has come since."""
-        self._unbooked = 0
+        self.unbooked = 0
+        """Clean bytes of less than a lump."""
 
-    def admits(self, now_s: float) -> bool:
+    def settle(self, now_s: float) -> bool:
         """Return whether bytes of this address are to be read now."""
-        if not self._is_settled:
-            self._is_settled = self._garbage.left(now_s) > 0.0 and self._bytes.left(now_s) > 0.0
-        return self._is_settled
+        self.is_settled = self._garbage.left(now_s) > 0.0 and self._bytes.left(now_s) > 0.0
+        return self.is_settled
 
-    def spend(self, received: int, dropped: int) -> int:
-        """Note how many bytes were read and how many of them were noise; return how many were booked now."""
-        booked = self._unbooked = self._unbooked + received
-        if not dropped and booked < _LUMP_BYTES:
-            return 0
+    def book(self, received: int, dropped: int) -> int:
+        """Book bytes that were read, of which some were noise; return how many were booked, with those before."""
+        booked = self.unbooked + received
         self._garbage.spend(2 * dropped - booked if dropped < booked else dropped)
         self._bytes.spend(booked)
-        self._unbooked, self._is_settled = 0, False
+        self.unbooked, self.is_settled = 0, False
         return booked
 
 
@@ -67,12 +65,14 @@ class Intake:
 
     def admits(self, size: int, peer: PeerAddress, budget: PeerIntake | None, now_s: float) -> bool:
         """Return whether to read ``size`` bytes of an address; ``budget`` is None for one that is new."""
+        if budget is not None and budget.is_settled and self._is_settled:
+            return True  # as for nearly all datagrams
         if peer in self.protected:
             return True
         if not self._is_settled:
             self._is_settled = self._bytes.left(now_s) > 0.0
         is_admitted = self._is_settled and (
-            self._new_peers.take(1.0, now_s) if budget is None else budget.admits(now_s)
+            self._new_peers.take(1.0, now_s) if budget is None else budget.is_settled or budget.settle(now_s)
         )
         if not is_admitted:
             self.refused_bytes += size
@@ -80,8 +80,10 @@ class Intake:
 
     def spend(self, peer: PeerAddress, budget: PeerIntake, received: int, dropped: int) -> None:
         """Note what was read from an address, and how much of it was noise."""
-        if peer not in self.protected:
-            booked = budget.spend(received, dropped)
-            if booked:
-                self._bytes.spend(booked)
-                self._is_settled = False
+        if peer in self.protected:
+            return
+        if not dropped and budget.unbooked + received < _LUMP_BYTES:
+            budget.unbooked += received
+            return
+        self._bytes.spend(budget.book(received, dropped))
+        self._is_settled = False

@@ -101,7 +101,15 @@ class PeerTable:
         signer = self._signers.get(peer.link)
         if signer is None:
             return [(message, None, False) for message in messages]
-        return [_checked(message, entry, signer) for message in messages]
+        received: list[Received] = []
+        for message in messages:
+            check = signer.check(message)
+            entry.is_late = check is SignatureCheck.REPLAYED
+            if check is _GOOD:
+                received.append((message, None, True))
+            else:
+                received.append((message, None if signer.accepts(check, message) else check, False))
+        return received
 
     def send(self, message: mavlink.MAVLink_message, peer: PeerAddress) -> None:
         """Queue a message, unless the peer has been forgotten for newer ones."""
@@ -141,12 +149,3 @@ class PeerTable:
                 return None
             del self._peers[min(idle, key=lambda address: self._peers[address].heard_at_s)]
         return self._add(peer)
-
-
-def _checked(message: mavlink.MAVLink_message, entry: _Peer, signer: LinkSigner) -> Received:
-    check = signer.check(message)
-    if check is _GOOD:
-        entry.is_late = False
-        return message, None, True
-    entry.is_late = check is SignatureCheck.REPLAYED
-    return message, None if signer.accepts(check, message) else check, False

@@ -50,6 +50,7 @@ class MavlinkFleet:
         self._endpoints: dict[int, Endpoint] = {}
         self._vehicles: dict[int, Vehicle] = {}
         self._changes: dict[int, Changes] = {}
+        self._speed = context.clock.speed
         self._read_at_s: float | None = None
         """Clock time of the reading that is in progress."""
 
@@ -72,7 +73,7 @@ class MavlinkFleet:
         """Process bytes of a link as ``receive`` does, as part of a reading that ``settle`` ends."""
         if self._read_at_s is None:
             self._read_at_s = self._context.clock.now_s()
-        self._session.take(data, peer, self._read_at_s - waited_s * self._context.clock.speed)
+        self._session.take(data, peer, self._read_at_s - waited_s * self._speed)
 
     def settle(self) -> None:
         """Record what was read, tell those who wait for it, and send the answers to it."""

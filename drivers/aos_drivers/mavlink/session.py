@@ -189,12 +189,16 @@ class MavlinkSession:
             if not record.admits(component_id, peer, now_s, is_signed=is_signed):
                 self._on_stranger(record, message, peer, now_s, is_signed)
                 return
-            record.watch_delay(message, now_s)
+            if record.delay.is_boot_clock:
+                record.watch_delay(message, now_s)
             is_moved = record.hear(component_id, message.get_seq(), peer, now_s, is_signed=is_signed)
             if record.identity.has_several_addresses and self._is_duplicate(record, message, peer, now_s):
                 return
-            self._events.append((message.get_msgbuf(), record.vehicle_id))
-            self._on_vehicle_packet(record, message, peer, now_s, is_moved)
+            self._events.append((message.get_msgbuf(), system_id))
+            if is_moved and component_id == record.target.component_id:
+                record.streams.restart()  # rates are a matter of each of the vehicle's links
+                self._events.append(Notice(Severity.INFO, f"is now reached at {peer}", system_id))
+            self._on_vehicle_packet(record, message, component_id, peer, now_s)
             return
         self._events.append((message.get_msgbuf(), None))
         if system_id == self._system_id and not self._has_warned_of_own_id:
@@ -245,24 +249,26 @@ class MavlinkSession:
         return record
 
     def _on_vehicle_packet(
-        self, record: VehicleRecord, message: mavlink.MAVLink_message, peer: PeerAddress, now_s: float, is_moved: bool
+        self,
+        record: VehicleRecord,
+        message: mavlink.MAVLink_message,
+        component_id: int,
+        peer: PeerAddress,
+        now_s: float,
     ) -> None:
-        message_id, component_id = message.get_msgId(), message.get_srcComponent()
+        message_id = message.get_msgId()
         is_autopilot = component_id == record.target.component_id
         if is_autopilot:
             self._peers.note_vehicle(peer)
-            if is_moved:
-                record.streams.restart()  # rates are a matter of each of the vehicle's links
-                self._events.append(Notice(Severity.INFO, f"is now reached at {peer}", record.vehicle_id))
             if message_id in BOOT_TIMED_IDS and record.identity.hear_boot_time(peer, boot_ms_of(message), now_s):
                 record.restart()
                 self._events.append(Notice(Severity.WARNING, "has restarted", record.vehicle_id))
-            record.take_telemetry(message, now_s)
+            record.take_telemetry(message, message_id, now_s)
             record.streams.on_message(message_id)
             for exchange in record.exchanges:
                 exchange.on_message(message)
         record.requests.on_message(component_id, message_id)
-        record.take_payload(message, now_s)
+        record.take_payload(message, message_id, component_id, now_s)
         if message_id == mavlink.MAVLINK_MSG_ID_COMMAND_ACK:
             self._on_ack(record, message, now_s)
         elif is_autopilot and message_id in self._handlers:
@@ -325,7 +331,8 @@ class MavlinkSession:
     def _poll_vehicle(self, record: VehicleRecord, now_s: float) -> None:
         for severity, text in record.texts.poll(now_s):
             self._take_text(record, severity, text, now_s)
-        self._watch_identity(record, now_s)
+        if record.identity.has_several_addresses:
+            self._watch_identity(record, now_s)
         self._ask(record, now_s)
 
     def _watch_identity(self, record: VehicleRecord, now_s: float) -> None:

@@ -97,7 +97,7 @@ class MavsdkFleet:
         record.hear(component_id, message.get_seq(), peer, now_s)
         wire.route(system_id, component_id, record.address_of(component_id) or peer)
         record.requests.on_message(component_id, message.get_msgId())
-        record.take_payload(message, now_s)
+        record.take_payload(message, message.get_msgId(), component_id, now_s)
         if system_id in self._vehicles:
             self._vehicles[system_id].announce()
         if component_id == record.target.component_id:

@@ -143,7 +143,7 @@ class TelemetryFeed:
         elif direct.message_name == "HEARTBEAT":
             record.take_heartbeat(message, now_s)
         else:
-            record.take_telemetry(message, now_s)
+            record.take_telemetry(message, message.get_msgId(), now_s)
 
 
 def geodetic(position: plugin.Position | plugin.HomePosition) -> GeodeticPosition | None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
@@ -25,7 +24,7 @@ from aos_drivers.vehicle.delay import TelemetryDelay
 from aos_drivers.vehicle.exchange import Exchange
 from aos_drivers.vehicle.failures import ReportFailures
 from aos_drivers.vehicle.status_text import StatusTexts, is_about_arming
-from aos_drivers.vehicle.streams import OneTimeRequests, StreamKeeper
+from aos_drivers.vehicle.streams import OneTimeRequests, StreamKeeper, higher_rates
 from aos_drivers.vehicle.telemetry import MOST_UNREAD, REPORT_IDS, Telemetry, has_no_position
 from aos_drivers.vehicle.timesync import ClockEstimator
 from aos_drivers.vehicle.transaction import CommandTransaction
@@ -73,7 +72,7 @@ class VehicleRecord:
         self.identity = Identity() if former is None else former.identity
         self.ownership = Ownership(self.identity) if former is None else former.ownership
         self.texts = StatusTexts()
-        rates_hz = _higher_rates(self.autopilot.stream_rates_hz(position_hz), motion_rates_hz(camera))
+        rates_hz = higher_rates(self.autopilot.stream_rates_hz(position_hz), motion_rates_hz(camera))
         self.streams = StreamKeeper(rates_hz, self.autopilot.stock_stream_ids)
         self.requests = OneTimeRequests()
         self.camera: CameraRecord | None = None
@@ -168,8 +167,8 @@ class VehicleRecord:
         """Count a packet; return whether the address of its component has changed."""
         self._packets += 1
         if component_id == self.target.component_id:
-            sent_at_s = self.delay.sent_at_s(now_s)
-            if self.heard_at_s is None or sent_at_s > self.heard_at_s:
+            sent_at_s, heard_at_s = self.delay.sent_at_s(now_s), self.heard_at_s
+            if heard_at_s is None or sent_at_s > heard_at_s:
                 self.heard_at_s = sent_at_s
             self.identity.hear(peer, now_s, is_signed=is_signed)
         route = self._routes.get(component_id)
@@ -191,12 +190,14 @@ class VehicleRecord:
         self.clock.on_message(message, now_s)
         self.delay.compare(self.payload.clock.offset_s(), self.clock)
 
-    def notices(self, now_s: float) -> Iterator[Notice]:
-        """Yield what is new: that telemetry begins to come late, or in time again, or cannot be read."""
+    def notices(self, now_s: float) -> list[Notice]:
+        """Return what is new: that telemetry begins to come late, or in time again, or cannot be read."""
+        told = []
         if (text := self.delay.change(now_s)) is not None:
-            yield Notice(Severity.WARNING if self.delay.is_late else Severity.INFO, text, self.vehicle_id)
+            told.append(Notice(Severity.WARNING if self.delay.is_late else Severity.INFO, text, self.vehicle_id))
         if (text := self.failures.text(now_s)) is not None:
-            yield Notice(Severity.CRITICAL, text, self.vehicle_id)
+            told.append(Notice(Severity.CRITICAL, text, self.vehicle_id))
+        return told
 
     def count_unknown(self, component_id: int, sequence: int, peer: PeerAddress) -> None:
         """Count a packet of an unknown message. Its checksum cannot be tested, so it is used for nothing else."""
@@ -243,12 +244,12 @@ class VehicleRecord:
             message_id = mavlink.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED
             self.requests.want(self.target.component_id, message_id, 1.0, _ATTEMPTS)
 
-    def take_telemetry(self, message: mavlink.MAVLink_message, now_s: float) -> None:
+    def take_telemetry(self, message: mavlink.MAVLink_message, message_id: int, now_s: float) -> None:
         """Update telemetry and control from a message of the autopilot."""
-        message_id, sent_at_s = message.get_msgId(), self.delay.sent_at_s(now_s)
+        sent_at_s, unread = self.delay.sent_at_s(now_s), self._unread
         if message_id in REPORT_IDS:
-            self._unread.append((message, sent_at_s))
-        if message_id not in _TARGET_IDS and len(self._unread) < MOST_UNREAD:
+            unread.append((message, sent_at_s))
+        if message_id not in _TARGET_IDS and len(unread) < MOST_UNREAD:
             return
         telemetry = self.telemetry
         if message_id in _TARGET_IDS:
@@ -264,15 +265,14 @@ class VehicleRecord:
         self.telemetry.text, self.telemetry.text_at_s = text, now_s
         self.control.take_text(text)
 
-    def take_payload(self, message: mavlink.MAVLink_message, now_s: float) -> None:
-        """Update poses, exposures and the camera component from a message."""
-        message_id, component_id = message.get_msgId(), message.get_srcComponent()
+    def take_payload(self, message: mavlink.MAVLink_message, message_id: int, component_id: int, now_s: float) -> None:
+        """Update poses, exposures and the camera component from a message of a component."""
         if message_id in _INTRODUCTIONS:
             self._find_camera(message, message_id, component_id)
         if self.camera is not None and component_id == self.camera.component_id:
             self.camera.update(message, now_s)
         of_autopilot = component_id == self.target.component_id
-        self.payload.update(message, now_s, self.clock.offset_s, of_autopilot=of_autopilot)
+        self.payload.update(message, message_id, now_s, self.clock.offset_s, of_autopilot=of_autopilot)
 
     def _find_camera(self, message: mavlink.MAVLink_message, message_id: int, component_id: int) -> None:
         """Take the sender of ``message`` as the camera if it is one; the lowest component id wins."""
@@ -284,18 +284,20 @@ class VehicleRecord:
             for wanted_id in (_CAMERA_INFORMATION, mavlink.MAVLINK_MSG_ID_CAMERA_CAPTURE_STATUS):
                 self.requests.want(component_id, wanted_id, _PAUSE_S, _ATTEMPTS)
 
-    def due_requests(self, now_s: float) -> Iterator[tuple[int, int, tuple[float, ...]]]:
+    def due_requests(self, now_s: float) -> list[tuple[int, int, tuple[float, ...]]]:
         """Return the requests that are due: component, command and its parameters."""
-        stream = self.streams.poll(now_s)
-        for message_id, interval_us in (*self.streams.take_burst(), *([] if stream is None else [stream])):
-            yield self.target.component_id, mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, (float(message_id), interval_us)
+        due: list[tuple[int, int, tuple[float, ...]]] = []
+        for message_id, interval_us in self.streams.due(now_s):
+            params = float(message_id), interval_us
+            due.append((self.target.component_id, mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, params))
         for component_id, message_id in self.requests.poll(now_s):
-            yield component_id, mavlink.MAV_CMD_REQUEST_MESSAGE, (float(message_id),)
+            due.append((component_id, mavlink.MAV_CMD_REQUEST_MESSAGE, (float(message_id),)))
         gap = self.camera.poll_gaps(now_s) if self.camera is not None else None
         if self.camera is not None and gap is not None:
             captured, (first, last) = mavlink.MAVLINK_MSG_ID_CAMERA_IMAGE_CAPTURED, gap
-            params = (float(captured), float(first), float(last if last > first else 0))
-            yield self.camera.component_id, mavlink.MAV_CMD_REQUEST_MESSAGE, params
+            wanted = float(captured), float(first), float(last if last > first else 0)
+            due.append((self.camera.component_id, mavlink.MAV_CMD_REQUEST_MESSAGE, wanted))
+        return due
 
     def loss_fraction(self) -> float | None:
         """Return the share of lost packets over all components, each at the address where it is spoken to."""
@@ -386,11 +388,6 @@ class VehicleRecord:
         component_id = self.target.component_id
         self.requests.want(component_id, mavlink.MAVLINK_MSG_ID_HOME_POSITION, _HOME_PAUSE_S, math.inf)
         self.request_version()
-
-
-def _higher_rates(rates_hz: Mapping[int, float], more_hz: Mapping[int, float]) -> dict[int, float]:
-    """Return the higher of both rates of each message."""
-    return {key: max(rates_hz.get(key, 0.0), more_hz.get(key, 0.0)) for key in [*rates_hz, *more_hz]}
 
 
 def component_name(component_id: int) -> str:

@@ -57,6 +57,8 @@ class StatusTexts:
 
     def poll(self, now_s: float) -> list[tuple[int, str]]:
         """Return the texts whose missing chunks are overdue."""
+        if not self._open:
+            return []
         late = [text_id for text_id, entry in self._open.items() if now_s - entry.started_s > _CHUNK_TIMEOUT_S]
         return [self._take(text_id) for text_id in late]
 

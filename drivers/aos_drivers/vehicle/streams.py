@@ -75,13 +75,17 @@ class StreamKeeper:
         if message_id == _WATCHED:
             self._watched += 1
 
-    def take_burst(self) -> list[tuple[int, float]]:
-        """Return (message id, interval in microseconds) of the streams to request at once now."""
-        burst, self._burst = self._burst, []
-        return [(message_id, self._interval_us(message_id)) for message_id in burst]
+    def due(self, now_s: float) -> list[tuple[int, float]]:
+        """Return (message id, interval in microseconds, -1 for off) of the streams to request now."""
+        stream = self._next_due(now_s)
+        due = [] if stream is None else [stream]
+        if self._burst:
+            burst, self._burst = self._burst, []
+            due = [(message_id, self._interval_us(message_id)) for message_id in burst] + due
+        return due
 
-    def poll(self, now_s: float) -> tuple[int, float] | None:
-        """Return (message id, interval in microseconds, -1 for off) when it is time to request one."""
+    def _next_due(self, now_s: float) -> tuple[int, float] | None:
+        """Return the stream whose turn it is, when it is time to request it."""
         if self._pending and self._attempts >= _ATTEMPTS and now_s >= self._due_s:
             self._next()
         if not self._pending:
@@ -151,6 +155,8 @@ class OneTimeRequests:
 
     def poll(self, now_s: float) -> list[tuple[int, int]]:
         """Return (component id, message id) of the requests to send now."""
+        if not self._open:
+            return []
         due = [key for key, request in self._open.items() if now_s >= request.due_s]
         for key in due:
             request = self._open[key]
@@ -159,3 +165,8 @@ class OneTimeRequests:
             if request.attempts_left <= 0:
                 del self._open[key]
         return due
+
+
+def higher_rates(rates_hz: Mapping[int, float], more_hz: Mapping[int, float]) -> dict[int, float]:
+    """Return the higher of both rates of each message."""
+    return {key: max(rates_hz.get(key, 0.0), more_hz.get(key, 0.0)) for key in [*rates_hz, *more_hz]}

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
-from typing import Generic, NamedTuple, TypeVar
+from dataclasses import dataclass
+from typing import Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +28,8 @@ _RESTART_S = 2.0
 T = TypeVar("T")
 
 
-class Motion(NamedTuple):
+@dataclass(slots=True)
+class Motion:
     """Position and velocity at one time."""
 
     position: GeodeticPosition

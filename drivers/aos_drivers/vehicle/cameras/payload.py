@@ -81,13 +81,19 @@ class PayloadRecord:
         return None if offset_s is None else now_s + offset_s
 
     def update(
-        self, message: mavlink.MAVLink_message, now_s: float, timesync_offset_s: float | None, *, of_autopilot: bool
+        self,
+        message: mavlink.MAVLink_message,
+        message_id: int,
+        now_s: float,
+        timesync_offset_s: float | None,
+        *,
+        of_autopilot: bool,
     ) -> None:
         """Update from a message of the vehicle; most are ignored."""
-        message_id = message.get_msgId()
         if of_autopilot and message_id in _HANDLERS:
-            self._unread.append((message, now_s))
-            if len(self._unread) >= MOST_UNREAD:
+            unread = self._unread
+            unread.append((message, now_s))
+            if len(unread) >= MOST_UNREAD:
                 self._take_in()
         elif message_id == mavlink.MAVLINK_MSG_ID_GIMBAL_DEVICE_ATTITUDE_STATUS:
             # A separate gimbal has its own clock: the time of arrival is used.
