@@ -42,6 +42,10 @@ def quaternion(yaw: float, pitch: float = 0.0, roll: float = 0.0) -> np.ndarray:
     return Rotation.from_euler("ZYX", [yaw, pitch, roll]).as_quat(scalar_first=True)
 
 
+def motion(position: GeodeticPosition, velocity_enu_mps: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Motion:
+    return (position.latitude_deg, position.longitude_deg, position.altitude_amsl_m, *velocity_enu_mps)
+
+
 def circling(times_s: np.ndarray, yaw_rate: float = 0.5) -> PoseTrack:
     """A vehicle on a circle of 10 m that looks along its way."""
     track = PoseTrack()
@@ -49,7 +53,7 @@ def circling(times_s: np.ndarray, yaw_rate: float = 0.5) -> PoseTrack:
         angle = yaw_rate * at_s
         place = FRAME.to_geodetic((10.0 * math.sin(angle), 10.0 * math.cos(angle), 30.0))
         speed = 10.0 * yaw_rate
-        track.add_motion(at_s, Motion(place, (speed * math.cos(angle), -speed * math.sin(angle), 0.0)))
+        track.add_motion(at_s, motion(place, (speed * math.cos(angle), -speed * math.sin(angle), 0.0)))
         track.add_attitude(at_s, angles(angle + math.pi / 2, roll=0.1 * math.sin(angle)))
     return track
 
@@ -82,7 +86,7 @@ def test_positions_between_reports_follow_the_curve_and_not_the_chord(at_s: floa
 
 def test_past_the_latest_report_a_vehicle_goes_on_until_the_limit() -> None:
     track = circling(np.array([0.0, 0.5]), yaw_rate=0.0)
-    track.add_motion(1.0, Motion(FRAME.to_geodetic((0, 10, 30)), (4.0, 0.0, -1.0)))
+    track.add_motion(1.0, motion(FRAME.to_geodetic((0, 10, 30)), (4.0, 0.0, -1.0)))
     assert FRAME.to_enu(track.position_at(1.4, 0.5)) == pytest.approx([1.6, 10.0, 29.6], abs=1e-3)
     assert not track.covers(1.0)
     assert track.covers(0.5)
@@ -169,7 +173,7 @@ def test_both_frames_at_once_are_forbidden() -> None:
 @given(ANGLES)
 def test_a_camera_below_a_level_vehicle_looks_down_with_its_upper_edge_forward(heading: float) -> None:
     track = PoseTrack()
-    track.add_motion(0.0, Motion(HOME, None))
+    track.add_motion(0.0, motion(HOME))
     track.add_attitude(0.0, angles(heading))
     expected = nadir_pose([0, 0, 0], heading).R_cam2enu
     for mount in (CameraMount(), CameraMount(Carrier.LEVEL)):
@@ -178,7 +182,7 @@ def test_a_camera_below_a_level_vehicle_looks_down_with_its_upper_edge_forward(h
 
 def test_carriers_differ_by_what_a_tilt_does_to_the_camera() -> None:
     track = PoseTrack()
-    track.add_motion(0.0, Motion(HOME, None))
+    track.add_motion(0.0, motion(HOME))
     track.add_attitude(0.0, angles(0.0, pitch=math.radians(10.0)))
     track.add_gimbal(0.0, gimbal_attitude(quaternion(0.0, -math.pi / 4), YAW_IN_EARTH_FRAME, math.nan))
 
@@ -195,7 +199,7 @@ def test_carriers_differ_by_what_a_tilt_does_to_the_camera() -> None:
 
 def test_the_lever_arm_turns_with_the_body() -> None:
     track = PoseTrack()
-    track.add_motion(0.0, Motion(HOME, None))
+    track.add_motion(0.0, motion(HOME))
     track.add_attitude(0.0, angles(math.pi / 2))
     mount = CameraMount(lever_arm_frd_m=(0.3, 0.1, 0.2))
     position, _ = camera_pose(track, mount, 0.0, 0.1)

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from aos_drivers.frames.poses.track import Motion
 from aos_drivers.links.packet import LazyMessage
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.geometry.heights import AboveHomeM, AmslM
@@ -22,8 +21,7 @@ class PositionReport:
     """Contents of a GLOBAL_POSITION_INT."""
 
     boot_ms: int
-    motion: Motion | None
-    """None where the message has no position."""
+    position: GeodeticPosition | None
     velocity_enu_mps: tuple[float, float, float]
     relative_altitude_m: AboveHomeM
     heading_rad: float | None
@@ -38,16 +36,13 @@ def position_report(message: mavlink.MAVLink_global_position_int_message) -> Pos
         values = message.values()
     else:
         values = tuple(getattr(message, name) for name in message.ordered_fieldnames)
-    boot_ms, latitude_e7, longitude_e7, altitude_mm, relative_mm, *velocity_ned_cmps, heading_cdeg = values
-    north_cmps, east_cmps, down_cmps = velocity_ned_cmps
-    position = position_from_e7(latitude_e7, longitude_e7, AmslM(altitude_mm / 1000))
-    velocity_enu_mps = east_cmps / 100, north_cmps / 100, -down_cmps / 100
+    boot_ms, latitude_e7, longitude_e7, altitude_mm, relative_mm, north_cmps, east_cmps, down_cmps, heading = values
     report = PositionReport(
         boot_ms,
-        None if position is None else Motion(position, velocity_enu_mps),
-        velocity_enu_mps,
+        position_from_e7(latitude_e7, longitude_e7, AmslM(altitude_mm / 1000)),
+        (east_cmps / 100, north_cmps / 100, -down_cmps / 100),
         AboveHomeM(relative_mm / 1000),
-        math.radians(heading_cdeg / 100 % 360.0) if heading_cdeg != _UNKNOWN_UINT16 else None,
+        math.radians(heading / 100 % 360.0) if heading != _UNKNOWN_UINT16 else None,
     )
     setattr(message, _KEPT_AS, report)
     return report

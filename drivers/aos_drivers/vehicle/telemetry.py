@@ -186,11 +186,10 @@ def _take_global_position(
     telemetry: Telemetry, message: mavlink.MAVLink_global_position_int_message, now_s: float
 ) -> None:
     report = position_report(message)
-    boot_ms, motion, velocity_enu_mps = report.boot_ms, report.motion, report.velocity_enu_mps
+    boot_ms, position, velocity_enu_mps = report.boot_ms, report.position, report.velocity_enu_mps
     is_recent = telemetry.position_at_s is not None and now_s - telemetry.position_at_s < _ORDER_S
     if is_recent and boot_ms < telemetry.position_boot_ms:
         return  # overtaken by a newer one
-    position = None if motion is None else motion.position
     if not telemetry.take_position(position, now_s, velocity_enu_mps, boot_ms):
         return
     telemetry.position_boot_ms = boot_ms

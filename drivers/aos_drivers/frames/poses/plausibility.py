@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_drivers.frames.errors import FrameRefusedError
-from aos_drivers.frames.poses.track import PoseTrack
+from aos_drivers.frames.poses.track import PoseTrack, position_of
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 
 ROTATION_TOLERANCE = 1e-3
@@ -63,7 +63,7 @@ def _offset_m(position: GeodeticPosition, track: PoseTrack, enough_m: float) -> 
     """Return the distance from the nearest of the vehicle's latest positions, or from the first within ``enough_m``."""
     frame, nearest_m = LocalFrame(position), math.inf
     for motion in reversed(track.motions.values):
-        nearest_m = min(nearest_m, float(np.linalg.norm(frame.to_enu(motion.position))))
+        nearest_m = min(nearest_m, float(np.linalg.norm(frame.to_enu(position_of(motion)))))
         if nearest_m <= enough_m:
             break
     return nearest_m if len(track.motions) else 0.0

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 import numpy as np
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 from aos_drivers.frames.errors import FrameRefusedError
 from aos_drivers.frames.poses.gimbal import GimbalAttitude, R_heading2ned, heading_of
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.geometry.heights import AmslM
 from aos_gcs.geometry.rotations import R_from_yaw_pitch_roll, slerp
 
 KEPT_S = 20.0
@@ -28,12 +28,16 @@ _RESTART_S = 2.0
 T = TypeVar("T")
 
 
-@dataclass(slots=True)
-class Motion:
-    """Position and velocity at one time."""
+Motion = tuple[float, float, float, float, float, float]
+"""Latitude and longitude (degrees), altitude above mean sea level (m); velocity to the east, north and up (m/s).
 
-    position: GeodeticPosition
-    velocity_enu_mps: tuple[float, float, float] | None
+Plain numbers: garbage collection looks through all objects that are kept, of which a swarm's would be many.
+"""
+
+
+def position_of(motion: Motion) -> GeodeticPosition:
+    """Return the position of a motion."""
+    return GeodeticPosition(motion[0], motion[1], AmslM(motion[2]))
 
 
 class Samples(Generic[T]):
@@ -99,7 +103,7 @@ class PoseTrack:
         self._gimbal_follows_heading = False
 
     def add_motion(self, at_s: float, motion: Motion) -> None:
-        """Add a position of the vehicle."""
+        """Add a position and a velocity of the vehicle."""
         self.motions.add(at_s, motion)
 
     def add_attitude(self, at_s: float, yaw_pitch_roll_rad: tuple[float, float, float]) -> None:
@@ -129,17 +133,15 @@ class PoseTrack:
         if around is None:
             raise _stale("position", self.motions.latest_s, at_s, max_age_s)
         (before_s, before), (after_s, after) = around
-        frame = LocalFrame(before.position)
-        start, start_v = np.zeros(3), _velocity(before)
+        frame = LocalFrame(position_of(before))
+        start, start_v = np.zeros(3), np.array(before[3:])
         if after_s == before_s:
             return frame.to_geodetic(start + (at_s - before_s) * start_v)
-        end, span_s = frame.to_enu(after.position), after_s - before_s
-        if before.velocity_enu_mps is None or after.velocity_enu_mps is None:
-            return frame.to_geodetic(start + (at_s - before_s) / span_s * (end - start))
+        end, span_s = frame.to_enu(position_of(after)), after_s - before_s
         share = (at_s - before_s) / span_s
         # The cubic Hermite polynomial from the first position, which is the origin.
         along_m = share**2 * (3.0 - 2.0 * share) * end
-        along_m += span_s * share * (1.0 - share) * ((1.0 - share) * start_v - share * _velocity(after))
+        along_m += span_s * share * (1.0 - share) * ((1.0 - share) * start_v - share * np.array(after[3:]))
         return frame.to_geodetic(along_m)
 
     def R_body2ned_at(self, at_s: float, max_age_s: float) -> NDArray[np.float64]:
@@ -164,10 +166,6 @@ def _rotation_at(
     if after_s == before_s:
         return matrix(before)
     return slerp((at_s - before_s) / (after_s - before_s), matrix(before), matrix(after))
-
-
-def _velocity(motion: Motion) -> NDArray[np.float64]:
-    return np.zeros(3) if motion.velocity_enu_mps is None else np.array(motion.velocity_enu_mps)
 
 
 def _stale(name: str, latest_s: float | None, at_s: float, max_age_s: float) -> FrameRefusedError:

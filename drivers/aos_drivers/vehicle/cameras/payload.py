@@ -135,8 +135,9 @@ def _take_position(
     report = position_report(message)
     boot_s = report.boot_ms / 1e3
     clock.hear_boot(boot_s, now_s)
-    if report.motion is not None:
-        track.add_motion(boot_s, report.motion)
+    if (position := report.position) is not None:
+        place = position.latitude_deg, position.longitude_deg, position.altitude_amsl_m
+        track.add_motion(boot_s, (*place, *report.velocity_enu_mps))
 
 
 def _take_attitude(track: PoseTrack, clock: BootClock, message: mavlink.MAVLink_attitude_message, now_s: float) -> None:
