@@ -7,7 +7,7 @@ import socket
 import struct
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
@@ -80,8 +80,12 @@ class Exchange:
                 self.endpoint.datagram_received(*self.transport.lent.recvfrom(MAX_DATAGRAM_BYTES))
 
 
+def nothing() -> None:
+    pass
+
+
 @contextmanager
-def exchange(receive: Receiver) -> Iterator[Exchange]:
+def exchange(receive: Receiver, settle: Callable[[], None] = nothing) -> Iterator[Exchange]:
     with (
         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as lent,
         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as vehicle,
@@ -91,7 +95,7 @@ def exchange(receive: Receiver) -> Iterator[Exchange]:
         lent.connect(vehicle.getsockname())
         vehicle.connect(lent.getsockname())
         lent.setblocking(False)
-        endpoint, transport = UdpEndpoint(0, receive, is_connected=True), Transport(lent)
+        endpoint, transport = UdpEndpoint(0, receive, is_connected=True, settle=settle), Transport(lent)
         endpoint.connection_made(transport)  # type: ignore[arg-type]
         yield Exchange(endpoint, transport, vehicle)
         endpoint.connection_lost(None)
@@ -193,6 +197,28 @@ async def test_an_error_in_the_handling_of_a_datagram_does_not_end_the_reading()
         link.deliver(b"f")
         await asyncio.sleep(0.006)
         assert received == [b"a", b"b", b"c", b"d", b"e", b"f"]
+
+
+@pytest.mark.looptime
+async def test_what_was_read_together_is_settled_together_after_an_error_too() -> None:
+    events: list[str] = []
+
+    def receive(data: bytes, _peer: PeerAddress, _waited_s: float = 0.0, /) -> None:
+        events.append(data.decode())
+        if data == b"bad":
+            raise ValueError("an error of ours")
+
+    errors = collect_errors()
+    with exchange(receive, lambda: events.append("|")) as link:
+        link.deliver(b"a", b"b")
+        assert events == ["a", "|", "b", "|"]
+        events.clear()
+        link.deliver(b"c", b"d", b"bad", b"e", b"f")
+        await asyncio.sleep(0.004)
+        assert events == []
+        await asyncio.sleep(0.002)
+        assert events[:8] == ["c", "d", "bad", "|", "e", "f", "|"]
+        assert len(errors) == 1
 
 
 @pytest.mark.looptime

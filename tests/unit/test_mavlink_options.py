@@ -41,6 +41,20 @@ def test_a_recording_is_a_timestamp_and_a_packet_each_and_goes_on_where_it_ended
     assert data == (1_500_000).to_bytes(8, "big") + packet + (2_000_000).to_bytes(8, "big") + packet
 
 
+def test_packets_that_were_read_together_are_recorded_one_by_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("aos_drivers.links.recorder._BUFFER_BYTES", 40)
+    recorder = TlogRecorder(tmp_path / "a.tlog", pytest.fail)
+    with recorder._lock:  # the writer waits for it
+        recorder._buffer += b"first"
+    recorder.write_all([b"one", b"a packet that is too long for the rest", b"two"], 1.5)
+    recorder.close()
+    stamp = (1_500_000).to_bytes(8, "big")
+    assert (tmp_path / "a.tlog").read_bytes() == b"first" + stamp + b"one" + stamp + b"two"
+    assert recorder.dropped == 1
+
+
 def test_a_full_disk_ends_the_recording_with_one_report() -> None:
     errors: list[OSError] = []
     recorder = TlogRecorder(Path("/dev/full"), errors.append)

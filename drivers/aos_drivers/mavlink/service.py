@@ -66,8 +66,10 @@ class MavlinkFleet:
 
     def receive(self, data: bytes, peer: PeerAddress, waited_s: float = 0.0, /) -> None:
         """Process bytes of a link that came ``waited_s`` ago, in real seconds."""
-        self.take(data, peer, waited_s)
-        self.settle()
+        try:
+            self.take(data, peer, waited_s)
+        finally:
+            self.settle()
 
     def take(self, data: bytes, peer: PeerAddress, waited_s: float = 0.0, /) -> None:
         """Process bytes of a link as ``receive`` does, as part of a reading that ``settle`` ends."""
