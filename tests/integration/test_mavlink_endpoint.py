@@ -154,6 +154,20 @@ async def test_the_datagrams_of_a_large_swarm_are_read_less_often() -> None:
         assert received[13:] == [b"again"]
 
 
+@pytest.mark.looptime
+async def test_a_flood_is_read_more_often_than_a_large_swarm() -> None:
+    received: list[bytes] = []
+    with exchange(lambda data, _peer, _waited_s=0.0: received.append(data)) as link:
+        link.deliver(*[b"many"] * 12)
+        await asyncio.sleep(0.006)
+        link.deliver(*[b"more"] * 230)
+        await asyncio.sleep(0.02)
+        assert len(received) == 242
+        link.deliver(b"next")
+        await asyncio.sleep(0.005)
+        assert received[242:] == [b"next"]
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells when datagrams arrive")
 @pytest.mark.looptime
 async def test_how_long_a_datagram_waited_is_passed_on_with_it() -> None:

@@ -29,6 +29,8 @@ _PAUSE_S = 0.005
 _LONG_PAUSE_S = 0.02
 """The same while many come, those of a large swarm: a look takes as long as ten datagrams do."""
 _MANY_PER_S = 1000.0
+_FLOOD_PER_S = 10_000.0
+"""So many are those of no swarm: they would fill the receive buffer in a long pause, and push those of vehicles out."""
 _MOST_AT_ONCE = 64
 """Datagrams that are read in one go; then other work has its turn."""
 _KEPT_PEERS = 1024
@@ -76,6 +78,8 @@ class UdpEndpoint(asyncio.DatagramProtocol):
         self._came_at_s = -math.inf
         self._next_read: asyncio.TimerHandle | None = None
         self._pause_s = _PAUSE_S
+        self._taken = 0
+        """Datagrams read since the last pause."""
         self._peers: dict[tuple[str, int], PeerAddress] = {}
         self._waiting: deque[tuple[bytes, list[tuple[int, int, bytes]], int, tuple[str, int]]] = deque()
         """Datagrams that are read and not passed on yet: none but in ``_take_waiting``, and after an error there."""
@@ -120,10 +124,13 @@ class UdpEndpoint(asyncio.DatagramProtocol):
         try:
             taken = self._take_waiting(source)
         finally:
+            self._taken += taken
             if taken == _MOST_AT_ONCE:
                 self._read_after(0.0, source)
-            elif taken:
-                self._pause_s = _LONG_PAUSE_S if taken >= _MANY_PER_S * self._pause_s else _PAUSE_S
+            elif self._taken:
+                are_many = _MANY_PER_S * self._pause_s <= self._taken < _FLOOD_PER_S * self._pause_s
+                self._pause_s = _LONG_PAUSE_S if are_many else _PAUSE_S
+                self._taken = 0
                 self._read_after(self._pause_s, source)
             else:
                 self._transport.resume_reading()  # type: ignore[union-attr]
