@@ -28,6 +28,7 @@ from aos_gcs.lab.detectability.study import BANDS, marked_cells
 from aos_gcs.lab.search import study
 from aos_gcs.lab.search.model import Conditions, Method
 from aos_gcs.lab.search.persons import person_anywhere
+from aos_gcs.lab.walk import free_place
 from aos_gcs.lab.worlds import Posture, Target, WorldParameters, build_world
 from aos_gcs.planning.settings import DetectionSettings
 
@@ -58,7 +59,7 @@ def fly(seed: int, trees_per_ha: float, posture: Posture) -> Flown | None:
     """Render the planned flight past the person of a seed, as ``aos-gcs lab search`` places the person."""
     rng = np.random.default_rng([seed, round(trees_per_ha), 16])
     world = build_world(WorldParameters(seed=seed, trees_per_ha=trees_per_ha, side_m=study._PATCH_M))
-    place_m = study._free_place(world, rng)
+    place_m = free_place(rng, world.area_enu_m.mean(axis=0), study._PLACES_M, world.trunks_enu_m)
     target = Target((float(place_m[0]), float(place_m[1])), float(rng.uniform(0.0, math.tau)), posture)
     watch = study._Watch(world, target, person_anywhere(HECTARES, rng), seed, renders=False)
     wanted, vehicles = WANTED[posture][seed // len(VEHICLES) % 2], VEHICLES[seed % len(VEHICLES)]

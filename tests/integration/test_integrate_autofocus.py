@@ -80,7 +80,7 @@ def test_a_mission_converges_from_any_start(recording: tuple[list[Frame], ViewRe
     for step in range(6):
         low_m, high_m = search_range_m(track, LOW_M, HIGH_M)
         track = update_focus(track, find_focus(frames[step % 3 :: 3], region, low_m, high_m))
-    assert track.focal_height_m == pytest.approx(PEOPLE_Z_M, abs=1.0)
+    assert track.height_m == pytest.approx(PEOPLE_Z_M, abs=1.0)
     assert track.sigma_m < 1.5
 
 
