@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import errno
 import io
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -22,13 +22,6 @@ from tests.fakes.wall import START_UTC_S, GrowingRecord
 
 av = pytest.importorskip("av")
 TILE = TileName(1, TileKind.COLOUR)
-
-
-@pytest.fixture
-def record(tmp_path: Path) -> Iterator[GrowingRecord]:
-    record = GrowingRecord(tmp_path)
-    yield record
-    record.close()
 
 
 @pytest.fixture

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from pathlib import Path
-
 import cv2
 import numpy as np
 import pytest
@@ -15,13 +12,6 @@ from aos_gcs.wall.rendering import look, render_frame, render_raster
 from tests.fakes.wall import START_UTC_S, WIDTH_PX, GrowingRecord
 
 COLOURS = ("red", "green", "blue")
-
-
-@pytest.fixture
-def record(tmp_path: Path) -> Iterator[GrowingRecord]:
-    record = GrowingRecord(tmp_path)
-    yield record
-    record.close()
 
 
 def test_temperatures_have_a_scale_in_degrees(record: GrowingRecord) -> None:

@@ -6,7 +6,7 @@ import asyncio
 import contextlib
 import json
 import struct
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any
 
@@ -26,18 +26,6 @@ from tests.fakes.app import app_of
 from tests.fakes.mission import ScriptedMission
 from tests.fakes.wall import START_UTC_S, WIDTH_PX, CountedWorker, GrowingRecord, make_wall, utc_s
 from tests.timing import scaled_s
-
-
-@pytest.fixture
-def record(tmp_path: Path) -> Iterator[GrowingRecord]:
-    record = GrowingRecord(tmp_path)
-    yield record
-    record.close()
-
-
-@pytest.fixture
-def worker() -> CountedWorker:
-    return CountedWorker()
 
 
 @pytest.fixture

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterator
 from pathlib import Path
 
 import cv2
@@ -35,23 +34,6 @@ pytestmark = pytest.mark.looptime(idle_timeout=60)
 FIRST = TileName(1, TileKind.COLOUR)
 SECOND = TileName(2, TileKind.COLOUR)
 INTEGRAL = TileName(None, TileKind.COLOUR)
-
-
-@pytest.fixture
-def record(tmp_path: Path) -> Iterator[GrowingRecord]:
-    record = GrowingRecord(tmp_path)
-    yield record
-    record.close()
-
-
-@pytest.fixture
-def worker() -> CountedWorker:
-    return CountedWorker()
-
-
-@pytest.fixture
-def wall(record: GrowingRecord, worker: CountedWorker) -> Wall:
-    return make_wall(ScriptedMission(HandClock()), record.folder, worker)
 
 
 def ages(wall: Wall, update: WallUpdate) -> dict[TileName, float]:

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterator
 from contextlib import ExitStack
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,14 +13,11 @@ from aos_gcs.errors import InputDataError
 from aos_gcs.wall.board import FEW_VIEWERS, GAP_OF_MANY_S, GAP_S, Wall
 from aos_gcs.wall.model import TileKind, TileName
 from aos_gcs.wall.watch import HEARTBEAT_S, Watch
-from tests.fakes.mission import ScriptedMission
-from tests.fakes.recording import HandClock
 from tests.fakes.wall import (
     START_UTC_S,
     CountedWorker,
     GrowingRecord,
     loop_time_s,
-    make_wall,
     next_pictures,
     running,
     utc_s,
@@ -32,23 +27,6 @@ pytestmark = pytest.mark.looptime(idle_timeout=60)
 
 FIRST = TileName(1, TileKind.COLOUR)
 SECOND = TileName(2, TileKind.COLOUR)
-
-
-@pytest.fixture
-def record(tmp_path: Path) -> Iterator[GrowingRecord]:
-    record = GrowingRecord(tmp_path)
-    yield record
-    record.close()
-
-
-@pytest.fixture
-def worker() -> CountedWorker:
-    return CountedWorker()
-
-
-@pytest.fixture
-def wall(record: GrowingRecord, worker: CountedWorker) -> Wall:
-    return make_wall(ScriptedMission(HandClock()), record.folder, worker)
 
 
 async def test_no_more_pictures_than_the_rate_and_a_slow_viewer_has_the_newest(
