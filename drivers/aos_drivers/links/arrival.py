@@ -7,12 +7,10 @@ import struct
 import sys
 from collections.abc import Sequence
 
-_SOCKET: int = socket.SOL_SOCKET
 _SO_TIMESTAMPNS = 35
 """Linux: the option, and the kind of ancillary data that it adds; Python has no name for it."""
 _TIME = struct.Struct("@ll")
 """Seconds and nanoseconds since the Unix epoch, as the kernel's own integers."""
-_TIME_BYTES = _TIME.size
 ARRIVAL_BYTES = socket.CMSG_SPACE(_TIME.size)
 """Room for the ancillary data that tells an arrival."""
 
@@ -30,8 +28,8 @@ def time_in_socket_s(ancillary: Sequence[tuple[int, int, bytes]], now_utc_s: flo
     is reason to wait.
     """
     for level, kind, data in ancillary:
-        if kind == _SO_TIMESTAMPNS and level == _SOCKET and len(data) == _TIME_BYTES:
+        if level == socket.SOL_SOCKET and kind == _SO_TIMESTAMPNS and len(data) == _TIME.size:
             seconds, nanoseconds = _TIME.unpack(data)
             time_s: float = now_utc_s - seconds - nanoseconds * 1e-9
-            return 0.0 if time_s < 0.0 else min(time_s, longest_s)
+            return min(max(0.0, time_s), longest_s)
     return 0.0

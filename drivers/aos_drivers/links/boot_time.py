@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import struct
-
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 BOOT_TIMED_IDS = frozenset({mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT, mavlink.MAVLINK_MSG_ID_ATTITUDE})
 """Messages that hold the time since boot, as the first of their fields."""
-_V2, _HEADER_V1_BYTES, _HEADER_V2_BYTES = mavlink.PROTOCOL_MARKER_V2, mavlink.HEADER_LEN_V1, mavlink.HEADER_LEN_V2
 _FIELD_BYTES = 4
-_FIELD = struct.Struct("<I")
 REBOOT_MARGIN_MS = 2000
 """A packet that is older than the newest one by more than this is late, or of another boot."""
 SAME_BOOT_S = 3.0
@@ -46,8 +42,7 @@ class BootTime:
         """Return whether this packet proves that the sender has restarted."""
         self.packets += 1
         if boot_ms + REBOOT_MARGIN_MS >= self.newest_ms:
-            if boot_ms > self.newest_ms:  # noqa: PLR1730 - for each packet: takes half as long as max()
-                self.newest_ms = boot_ms
+            self.newest_ms = max(self.newest_ms, boot_ms)
             self.booted_at_s, self._agreed_at_s = now_s - boot_ms / 1000, now_s
             if self._older:
                 self._older.clear()
@@ -77,11 +72,8 @@ class BootTime:
 def boot_ms_of(message: mavlink.MAVLink_message) -> int:
     """Return the time since boot (ms) of a received message of ``BOOT_TIMED_IDS``, without decoding the message."""
     packet = message.get_msgbuf()
-    start = _HEADER_V2_BYTES if packet[0] == _V2 else _HEADER_V1_BYTES
-    if packet[1] >= _FIELD_BYTES:
-        boot_ms: int = _FIELD.unpack_from(packet, start)[0]
-        return boot_ms
-    return int.from_bytes(packet[start : start + packet[1]], "little")  # MAVLink 2 cuts zeros off
+    start = mavlink.HEADER_LEN_V2 if packet[0] == mavlink.PROTOCOL_MARKER_V2 else mavlink.HEADER_LEN_V1
+    return int.from_bytes(packet[start : start + min(packet[1], _FIELD_BYTES)], "little")  # MAVLink 2 cuts zeros off
 
 
 def _is_same_boot(one: tuple[int, float], other: tuple[int, float]) -> bool:

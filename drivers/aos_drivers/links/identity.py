@@ -49,7 +49,7 @@ class Identity:
     proof are taken for two vehicles.
     """
 
-    __slots__ = ("_clash_until_s", "_kept", "_last", "_returns_at_s", "_sightings", "has_several_addresses")
+    __slots__ = ("_clash_until_s", "_kept", "_last", "_returns_at_s", "_sightings")
 
     def __init__(self) -> None:
         self._last: PeerAddress | None = None
@@ -57,8 +57,11 @@ class Identity:
         self._returns_at_s: list[float] = []
         self._clash_until_s = -math.inf
         self._kept: frozenset[PeerAddress] = frozenset()
-        self.has_several_addresses = False
+
+    @property
+    def has_several_addresses(self) -> bool:
         """Whether packets can arrive twice, and two vehicles can use the id."""
+        return len(self._sightings) > 1
 
     def addresses(self) -> list[PeerAddress]:
         """Return the addresses that are remembered."""
@@ -71,7 +74,6 @@ class Identity:
     def recall(self, address: PeerAddress, uid: bytes | None, booted_at_s: float | None, now_s: float) -> None:
         """Note the board and the boot that were heard at ``address`` before the start; its silence counts from now."""
         self._sightings[address] = sighting = _Sighting(now_s, now_s, uid=uid, is_placed=True)
-        self.has_several_addresses = len(self._sightings) > 1
         sighting.boot.booted_at_s = booted_at_s
 
     def proof(self, address: PeerAddress, now_s: float) -> ProvenLink:
@@ -101,7 +103,6 @@ class Identity:
             sighting = self._sightings[address] = _Sighting(now_s, now_s)
             if len(self._sightings) > _MAX_ADDRESSES:
                 self._forget_oldest()
-            self.has_several_addresses = len(self._sightings) > 1
         else:
             if address != self._last and now_s - sighting.heard_at_s <= MEMORY_S:
                 self._on_return(address, now_s)

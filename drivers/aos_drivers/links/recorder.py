@@ -54,11 +54,7 @@ class TlogRecorder:
     def write_all(self, packets: Sequence[bytes | bytearray], utc_s: float) -> None:
         """Record valid packets, sent or received together at ``utc_s``."""
         stamp = _TIMESTAMP.pack(int(utc_s * 1e6))
-        records = b"".join([part for packet in packets for part in (stamp, packet)])
         with self._lock:
-            if not self._has_failed and len(self._buffer) + len(records) <= _BUFFER_BYTES:
-                self._buffer += records
-                return
             for packet in packets:
                 if self._has_failed or len(self._buffer) + len(stamp) + len(packet) > _BUFFER_BYTES:
                     self.dropped += 1

@@ -66,8 +66,6 @@ def _can_follow(position: GeodeticPosition, former: GeodeticPosition, elapsed_s:
         return True
     north_m = _EARTH_M_PER_DEG * (position.latitude_deg - former.latitude_deg)
     east_m = _EARTH_M_PER_DEG * (position.longitude_deg - former.longitude_deg)
-    up_m = position.altitude_amsl_m - former.altitude_amsl_m
-    if abs(north_m) + abs(east_m) + abs(up_m) <= _JUMP_M:
-        return True  # as nearly all do
     east_m *= math.cos(math.radians(former.latitude_deg))
+    up_m = position.altitude_amsl_m - former.altitude_amsl_m
     return math.hypot(east_m, north_m, up_m) <= _JUMP_M + _FASTEST_MPS * max(elapsed_s, 0.0)

@@ -13,13 +13,14 @@ from enum import Enum, auto
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from aos_drivers.links.framing import is_signed
+
 KEY_BYTES = 32
 _EPOCH_UTC_S = 1_420_070_400
 """2015-01-01, from which signatures count time."""
 TICKS_PER_S = 100_000
 _NEW_STREAM_TICKS = 60 * TICKS_PER_S
 """Greatest delay of a sender's first packet behind our time."""
-_V2, _SIGNED = mavlink.PROTOCOL_MARKER_V2, mavlink.MAVLINK_IFLAG_SIGNED
 _SIGNATURE_BYTES = 6
 _STAMP_BYTES = 6
 _MAX_STREAMS = 4096
@@ -69,8 +70,7 @@ class SigningClock:
 
     def advance(self, ticks: int) -> None:
         """Continue from the time of another sender with the same key, whose clock is ahead of ours."""
-        if ticks > self.latest_ticks:  # noqa: PLR1730 - for each packet: takes half as long as max()
-            self.latest_ticks = ticks
+        self.latest_ticks = max(self.latest_ticks, ticks)
 
 
 class StreamMemory:
@@ -140,7 +140,7 @@ class LinkSigner:
 
     def verify(self, packet: bytes, sender: tuple[int, int]) -> SignatureCheck:
         """Check the signature of a packet from ``sender`` (system, component)."""
-        if packet[0] != _V2 or not packet[2] & _SIGNED:
+        if not is_signed(packet):
             return SignatureCheck.UNSIGNED
         body, signature = packet[:-_SIGNATURE_BYTES], packet[-_SIGNATURE_BYTES:]
         digest = self._keyed.copy()
