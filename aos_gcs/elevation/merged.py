@@ -24,7 +24,8 @@ class MergedHeights:
 
     def __init__(self, shape: tuple[int, ...], dtype: DTypeLike) -> None:
         self.heights: NDArray[Any] = np.full(shape, np.nan, dtype=dtype)
-        self._source = np.full(shape, -1, dtype=np.intp)
+        self._source = np.full(shape, -1, dtype=np.int32)
+        """Index of the path that each height came from; -1 where there is none."""
         self._paths: list[Path] = []
 
     def add(self, cells: Any, heights: NDArray[Any], path: Path) -> None:

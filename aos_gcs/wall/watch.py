@@ -103,7 +103,7 @@ class Watch:
             beat_s = self._told_at_s + HEARTBEAT_S
             if now_s >= beat_s:
                 return self._told({})
-            until_s = min([beat_s, *due_s.values(), *([free_s] if now_s < free_s else [])])
+            until_s = min([beat_s, *([free_s] if now_s < free_s else due_s.values())])
             try:
                 async with asyncio.timeout(max(_SHORTEST_WAIT_S, until_s - now_s)):
                     await self._changed.wait()

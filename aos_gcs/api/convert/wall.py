@@ -24,6 +24,7 @@ class NumberedMessage:
 
     number: int
     sent_s: float
+    """Time of its ages, by the service's clock that never jumps."""
     data: bytes
 
 
