@@ -17,7 +17,10 @@ from numpy.typing import NDArray
 
 from aos_gcs.errors import ImagingError
 from aos_gcs.imaging.model import Frame, Pixels, Viewpoint
-from aos_gcs.imaging.native.kernels import Layer, Layers, divide
+from aos_gcs.imaging.native.kernels import divide
+from aos_gcs.imaging.native.layers import Layers, PlaneLayer, PlaneLayers, PointLayer, PointLayers
+from aos_gcs.imaging.points import PointProjection
+from aos_gcs.imaging.undistort import RIM_PX, lens_map
 from aos_gcs.imaging.views import FocalView
 from aos_gcs.imaging.warp import PlaneProjection
 from aos_gcs.imaging.warped import Projection, sample
@@ -68,7 +71,10 @@ class ViewIntegral:
             check_frame(frame, self._bands)
         projected = [(frame.image, self._view.project(frame)) for frame in frames]
         layers = None if self._exact else _layers(projected, self._view)
-        per_band = parallel_map(partial(self._add_to_band, projected, layers), _bands_of_rows(self._view))
+        gapless = all(_is_finite(frame.image, look=not self._is_empty) for frame in frames)
+        per_band = parallel_map(
+            partial(self._add_to_band, projected, layers, gapless=gapless), _bands_of_rows(self._view)
+        )
         self._is_empty = False
         return [any(seen) for seen in zip(*per_band, strict=True)]
 
@@ -82,7 +88,11 @@ class ViewIntegral:
         projected = [(frame.image, self._view.project(frame))]
         layers = None if self._exact else _layers(projected, self._view)
         # In the bands that it was added in: what is taken away is then the same to the last digit.
-        own = [(slice(*band), *self._sums_of_band(projected, layers, band)[:2]) for band in _bands_of_rows(self._view)]
+        gapless = _is_finite(frame.image, look=False)
+        own = [
+            (slice(*band), *self._sums_of_band(projected, layers, band, gapless=gapless)[:2])
+            for band in _bands_of_rows(self._view)
+        ]
         if any((self.coverage[rows] < count).any() for rows, _, count in own):
             raise ImagingError(f"The frame of vehicle {frame.vehicle_id} is not part of the integral.")
         for rows, total, count in own:
@@ -105,12 +115,15 @@ class ViewIntegral:
         parallel_map(partial(self._divide_band, integral), _bands_of_rows(self._view))
         return integral
 
-    def _add_to_band(self, projected: Sequence[Projected], layers: Layers | None, band: tuple[int, int]) -> list[bool]:
+    def _add_to_band(
+        self, projected: Sequence[Projected], layers: Layers | None, band: tuple[int, int], *, gapless: bool
+    ) -> list[bool]:
         """Add images to a band of rows, and tell of each whether it covers anything there."""
         rows = slice(*band)
-        if self._is_empty:
-            return self._sums_of_band(projected, layers, band, self._sum[rows], self.coverage[rows])[2]
-        total, count, covering = self._sums_of_band(projected, layers, band)
+        if self._is_empty or gapless:
+            sums = self._sum[rows], self.coverage[rows]
+            return self._sums_of_band(projected, layers, band, sums, gapless=gapless)[2]
+        total, count, covering = self._sums_of_band(projected, layers, band, gapless=gapless)
         self._sum[rows] += total
         self.coverage[rows] += count
         return covering
@@ -120,8 +133,9 @@ class ViewIntegral:
         projected: Sequence[Projected],
         layers: Layers | None,
         band: tuple[int, int],
-        total: Pixels | None = None,
-        count: NDArray[np.uint16] | None = None,
+        sums: tuple[Pixels, NDArray[np.uint16]] | None = None,
+        *,
+        gapless: bool,
     ) -> tuple[Pixels, NDArray[np.uint16], list[bool]]:
         """Return sums and numbers of images in a band of rows, and of each image whether it covers anything there.
 
@@ -129,21 +143,18 @@ class ViewIntegral:
             projected: the images.
             layers: see :func:`_layers`.
             band: first row and the one behind the last.
-            total: memory of the sums, all 0; None: new one.
-            count: memory of the numbers, all 0; None: new one.
+            sums: sums and numbers of images to which these are added, all 0 unless these are gapless; None: new ones.
+            gapless: the images are known to be finite everywhere.
         """
         rows = slice(*band)
-        total = np.zeros_like(self._sum[rows]) if total is None else total
-        count = np.zeros_like(self.coverage[rows]) if count is None else count
+        total, count = sums or (np.zeros_like(self._sum[rows]), np.zeros_like(self.coverage[rows]))
         if layers is None:
             covering = [self._add_layer(own, band, total, count, leave_out_gaps=False) for own in projected]
             # Few images have gaps: to look for them in the sums costs less than in every image.
-            with_gaps = not self._gapless(projected) and not math.isfinite(
-                cv2.sumElems(total.reshape(total.shape[0], -1))[0]
-            )
+            with_gaps = not gapless and not math.isfinite(cv2.sumElems(total.reshape(total.shape[0], -1))[0])
         else:
-            covers, with_gaps = layers.add(band, total, count)
-            covering = [bool(own) for own in covers]
+            covers, has_gaps = layers.add(band, total, count)
+            covering, with_gaps = [bool(own) for own in covers], has_gaps and not gapless
         if with_gaps:
             total[:], count[:] = 0, 0
             covering = [self._add_layer(own, band, total, count, leave_out_gaps=True) for own in projected]
@@ -169,11 +180,6 @@ class ViewIntegral:
         count[window] += 1 if warped.covered is None else warped.covered
         cv2.accumulate(warped.values, total[window], warped.covered)
         return warped.covered is None or bool(warped.covered.any())
-
-    @staticmethod
-    def _gapless(projected: Sequence[Projected]) -> bool:
-        """Tell whether images cannot have gaps: integers are always finite."""
-        return all(image.dtype.kind in "ui" for image, _ in projected)
 
     def _divide_band(self, integral: NDArray[np.float32], band: tuple[int, int]) -> None:
         rows = slice(*band)
@@ -248,15 +254,36 @@ def _mean_of_band(
 
 def _layers(projected: Sequence[Projected], view: FocalView) -> Layers | None:
     """Return images for the kernel that adds all at once; None where there is none for them."""
+    if any(isinstance(projection, PointProjection) for _, projection in projected):
+        return _point_layers(projected)
     layers = []
     for image, projection in projected:
         if projection is None:
-            layers.append(Layer(image, np.eye(3), np.zeros((view.shape[0], 2), dtype=np.int32)))
+            layers.append(PlaneLayer(image, np.eye(3), np.zeros((view.shape[0], 2), dtype=np.int32)))
         elif isinstance(projection, PlaneProjection) and projection.camera.distortion is None:
-            layers.append(Layer(image, projection.H_raster2image, projection.spans))
+            layers.append(PlaneLayer(image, projection.H_raster2image, projection.spans))
         else:
             return None
-    return Layers.of(layers)
+    return PlaneLayers.of(layers)
+
+
+def _point_layers(projected: Sequence[Projected]) -> Layers | None:
+    seen = [own for _, own in projected if isinstance(own, PointProjection)]
+    points, nothing = seen[0].points, np.zeros_like(seen[0].seen_blocks)
+    layers = []
+    for image, projection in projected:
+        if isinstance(projection, PointProjection):
+            camera = projection.camera
+            lens = None if camera.distortion is None else lens_map(camera)
+            layers.append(PointLayer(image, projection.P, projection.seen_blocks, lens, RIM_PX))
+        else:
+            layers.append(PointLayer(image, np.eye(3, 4), nothing, None, 0))
+    return PointLayers.of(layers, points.points32_m, points.known)
+
+
+def _is_finite(image: Pixels, *, look: bool) -> bool:
+    """Tell whether an image is known to be finite everywhere: integers are; others only if they are looked at."""
+    return image.dtype.kind in "ui" or (look and math.isfinite(cv2.sumElems(image.reshape(image.shape[0], -1))[0]))
 
 
 def _bands_of_rows(view: FocalView) -> Iterator[tuple[int, int]]:

@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
 
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.errors import ImagingError
 from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.geometry.distortion import LensDistortion, LensModel
 from aos_gcs.geometry.poses import nadir_pose
 from aos_gcs.imaging.detection.local_rx import local_rx_scores
 from aos_gcs.imaging.detection.rx import rx_scores
@@ -26,8 +28,9 @@ from aos_gcs.imaging.focal_plane import covered_spans
 from aos_gcs.imaging.integral import ViewIntegral, integrate
 from aos_gcs.imaging.model import Frame, Pixels
 from aos_gcs.imaging.native import kernels, library
+from aos_gcs.imaging.points import PointView
 from aos_gcs.imaging.step.marking import count_spans
-from aos_gcs.imaging.views import perspective_view
+from aos_gcs.imaging.views import FocalView, perspective_view
 
 SCRIPT = Path(__file__).resolve().parents[2] / "scripts" / "build_kernels.py"
 CAMERA = CameraModel.from_fov(150, 140, 0.9)
@@ -75,6 +78,68 @@ def test_warps_are_bilinear(dtype: str, bands: int) -> None:
     assert same.mean() > 0.999
     np.testing.assert_allclose(mean[same], exact_mean[same], atol=0.01)
     assert kernels.can_warp(taken[0].image)
+
+
+def hilly_view() -> PointView:
+    """Return a raster on hills, of which a part is not known, and a part lies above some cameras."""
+    x_m, y_m = np.meshgrid(np.arange(-14.0, 15.0, 0.11), np.arange(-12.0, 13.0, 0.1))
+    points_m = np.dstack((x_m, y_m, 2.0 * np.sin(0.5 * x_m) + np.cos(y_m)))
+    points_m[20:60, 33:90] = np.nan
+    points_m[200:, 200:, 2] += 31.5
+    return PointView(points_m)
+
+
+LENS = replace(CAMERA, distortion=LensDistortion(LensModel.BROWN_CONRADY, (-0.12, 0.02, 0.0, 0.0, 0.0)))
+
+
+@pytest.mark.parametrize("camera", [CAMERA, LENS])
+@pytest.mark.parametrize("dtype", ["u1", "u2", "f4"])
+@pytest.mark.parametrize("bands", [1, 3, 4, 6])
+def test_points_are_sampled_bilinearly(dtype: str, bands: int, camera: CameraModel) -> None:
+    taken, view = [replace(frame, camera=camera) for frame in frames(dtype, bands)], hilly_view()
+    mean, count = integrate(taken, view, exact=False)
+    exact_mean, exact_count = integrate(taken, view)
+    plain_count = without_kernels(lambda: integrate(taken, view, exact=False))[1]
+    assert (count != plain_count).mean() < 2e-4
+    same = count == exact_count
+    assert same.mean() > 0.999
+    assert 0.1 < (count > 0).mean() < 0.95
+    # A lens is interpolated between whole pixels, and its map to a hundredth of one.
+    np.testing.assert_allclose(mean[same], exact_mean[same], atol=0.02 if camera is CAMERA else 1.0)
+
+
+@pytest.mark.parametrize("added_one_by_one", [False, True])
+def test_gaps_of_images_cover_no_points(added_one_by_one: bool) -> None:
+    taken, view = frames("f4", 4), hilly_view()
+    taken[1].image[20:40, 30:60] = np.nan
+    taken[2].image[:, :, 3][70:80] = np.inf
+
+    def sums() -> ViewIntegral:
+        integral = ViewIntegral(view, taken[0].bands, exact=False)
+        for own in [[frame] for frame in taken] if added_one_by_one else [taken]:
+            integral.add_all(own)
+        return integral
+
+    own, plain = sums(), without_kernels(sums)
+    assert (own.coverage != plain.coverage).mean() < 2e-4
+    same = own.coverage == plain.coverage
+    np.testing.assert_allclose(own.mean()[same], plain.mean()[same], atol=2.0)
+    assert np.isfinite(own.mean()[own.coverage > 0]).all()
+
+
+@pytest.mark.parametrize("view", [hilly_view(), perspective_view(CAMERA, nadir_pose([1.0, 0.0, 31.0]), 0.0)])
+def test_sums_grow_by_finite_images_however_large(view: FocalView) -> None:
+    small, large = frames("f4", 1)[:2]
+    large.image[:] = 3e38
+    integral = ViewIntegral(view, small.bands, exact=False)
+    for own in (small, large, large):
+        integral.add(own)
+    alone = ViewIntegral(view, small.bands, exact=False)
+    alone.add(small)
+    only_small = (alone.coverage == 1) & (integral.coverage == 1)
+    assert only_small.any()
+    np.testing.assert_array_equal(integral.mean()[only_small], alone.mean()[only_small])
+    assert integral.coverage.max() == 3
 
 
 @pytest.mark.parametrize("bands", [1, 4])
@@ -195,7 +260,8 @@ def test_processors_with_and_without_avx2_give_the_same_digits() -> None:
     view = perspective_view(CAMERA, taken[0].pose, 0.0)
 
     def work() -> tuple[Pixels, ...]:
-        return rx_scores(image), local_rx_scores(image), integrate(taken, view, exact=False)[0]
+        means = (integrate(taken, own, exact=False)[0] for own in (view, hilly_view()))
+        return rx_scores(image), local_rx_scores(image), *means
 
     expected = work()
     with pytest.MonkeyPatch.context() as patch:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,96 +15,15 @@ from aos_gcs.imaging.native import library
 MOST_BANDS = 8
 """Bands that the kernels of detectors can take."""
 _MOST_VALUES = 2**31 - 1
-_KINDS = {np.dtype(np.uint8): 0, np.dtype(np.uint16): 1, np.dtype(np.float32): 2}
-
-
-class _WarpedImage(ctypes.Structure):
-    _fields_ = (
-        ("pixels", ctypes.c_void_p),
-        ("spans", ctypes.c_void_p),
-        ("H", ctypes.c_double * 9),
-        ("height", ctypes.c_int64),
-        ("width", ctypes.c_int64),
-    )
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Layer:
-    """An image on a plane's raster."""
-
-    image: Pixels
-    H_raster2image: NDArray[np.float64]
-    """Homography from the raster's cells (column, row, 1) to pixels, shape (3, 3)."""
-    spans: NDArray[np.int32]
-    """First column that the image covers and the one behind the last, per row of the raster, shape (rows, 2)."""
-
-
-class Layers:
-    """Images that are warped and added to the sums of a raster in one pass."""
-
-    def __init__(self, compiled: ctypes.CDLL, layers: Sequence[Layer]) -> None:
-        self._compiled, self._kept = compiled, [(own.image, np.ascontiguousarray(own.spans)) for own in layers]
-        self._kind, self._bands = _KINDS[layers[0].image.dtype], layers[0].image.shape[2]
-        self._images = (_WarpedImage * len(layers))()
-        for own, (image, spans), layer in zip(self._images, self._kept, layers, strict=True):
-            own.pixels, own.spans = image.ctypes.data, spans.ctypes.data
-            own.H = (ctypes.c_double * 9)(*layer.H_raster2image.reshape(-1))
-            own.height, own.width = image.shape[:2]
-
-    @classmethod
-    def of(cls, layers: Sequence[Layer]) -> Layers | None:
-        """Return images to be added together; None where there is no kernel for them."""
-        compiled = library.loaded()
-        if compiled is None or not layers or not all(can_warp(own.image) for own in layers):
-            return None
-        types = {(own.image.dtype, own.image.shape[2]) for own in layers}
-        return cls(compiled, layers) if len(types) == 1 else None
-
-    def add(self, band: tuple[int, int], total: Pixels, count: NDArray[np.uint16]) -> tuple[NDArray[np.uint8], bool]:
-        """Add the images to some rows.
-
-        Return of each whether it covers anything there, 1 or 0, and whether a sum is no finite number then.
-
-        Args:
-            band: first row and the one behind the last.
-            total: their sums, float32, shape (rows, columns, bands), contiguous.
-            count: their numbers of images, shape (rows, columns), contiguous.
-        """
-        return self._call(self._compiled.aos_add_warped, band, total, count)
-
-    def mean(self, band: tuple[int, int], mean: Pixels, count: NDArray[np.uint16]) -> tuple[NDArray[np.uint8], bool]:
-        """Write the means of some rows, NaN where nothing covers, and return what :meth:`add` does.
-
-        Args:
-            band: see :meth:`add`.
-            mean: memory of the means, as that of sums there.
-            count: memory of the numbers of images.
-        """
-        return self._call(self._compiled.aos_mean_of_warped, band, mean, count)
-
-    def _call(
-        self, function: Callable[..., int], band: tuple[int, int], total: Pixels, count: NDArray[np.uint16]
-    ) -> tuple[NDArray[np.uint8], bool]:
-        covers = np.empty(len(self._images), dtype=np.uint8)
-        gaps = function(
-            self._images,
-            len(self._images),
-            self._kind,
-            self._bands,
-            *band,
-            count.shape[1],
-            total.ctypes.data,
-            count.ctypes.data,
-            covers.ctypes.data,
-        )
-        return covers, bool(gaps)
+KINDS = {np.dtype(np.uint8): 0, np.dtype(np.uint16): 1, np.dtype(np.float32): 2}
+"""Types of pixels, as the kernels number them."""
 
 
 def can_warp(image: Pixels) -> bool:
     """Tell whether there is a kernel that warps an image, shape (H, W, C)."""
     return (
         library.loaded() is not None
-        and image.dtype in _KINDS
+        and image.dtype in KINDS
         and image.flags.c_contiguous
         and min(image.shape[:2]) >= 2
         and image.size <= _MOST_VALUES
@@ -140,7 +59,7 @@ def count_spans(spans: Sequence[NDArray[np.int32]], rows: int, columns: int) -> 
     return count
 
 
-def divide(total: Pixels, count: NDArray[np.uint16], mean: NDArray[np.float32]) -> bool:
+def divide(total: Pixels, count: NDArray[np.uint16], mean: Pixels) -> bool:
     """Divide sums, shape (rows, columns, bands), by numbers of images, NaN where these are 0; False: no kernel does."""
     compiled = library.loaded()
     arrays = total, count, mean
@@ -164,7 +83,7 @@ def moments(image: Pixels) -> Moments | None:
     """Return the moments of an image, shape (H, W, C), contiguous; None where there is no kernel for it."""
     compiled = library.loaded()
     bands = image.shape[2]
-    if compiled is None or image.dtype not in _KINDS or not 0 < bands <= MOST_BANDS or not image.size:
+    if compiled is None or image.dtype not in KINDS or not 0 < bands <= MOST_BANDS or not image.size:
         return None
     sample = image[::16, ::16].reshape(-1, bands)
     sample = sample[np.isfinite(sample).all(axis=1)]
@@ -173,7 +92,7 @@ def moments(image: Pixels) -> Moments | None:
     sums, products, known = np.zeros(bands), np.zeros((bands, bands)), np.zeros(1, dtype=np.int64)
     compiled.aos_moments(
         image.ctypes.data,
-        _KINDS[image.dtype],
+        KINDS[image.dtype],
         image.shape[0] * image.shape[1],
         bands,
         shift.ctypes.data,
@@ -203,7 +122,7 @@ def distances(image: Pixels, mean: NDArray[np.float64], whitening: NDArray[np.fl
     factor, centre = np.ascontiguousarray(whitening, dtype=np.float32), mean.astype(np.float32)
     compiled.aos_distances(
         image.ctypes.data,
-        _KINDS[image.dtype],
+        KINDS[image.dtype],
         scores.size,
         image.shape[2],
         centre.ctypes.data,

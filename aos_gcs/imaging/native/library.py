@@ -24,6 +24,20 @@ _LONG, _INT, _POINTER = ctypes.c_long, ctypes.c_int, ctypes.c_void_p
 _ARGUMENTS = {
     "aos_add_warped": [_POINTER, _LONG, _INT, _INT, _LONG, _LONG, _LONG, _POINTER, _POINTER, _POINTER],
     "aos_mean_of_warped": [_POINTER, _LONG, _INT, _INT, _LONG, _LONG, _LONG, _POINTER, _POINTER, _POINTER],
+    "aos_add_points": [
+        _POINTER,
+        _POINTER,
+        _LONG,
+        _POINTER,
+        _LONG,
+        _INT,
+        _INT,
+        _LONG,
+        _LONG,
+        _POINTER,
+        _POINTER,
+        _POINTER,
+    ],
     "aos_covered_spans": [_POINTER, _LONG, _LONG, _LONG, _POINTER],
     "aos_add_spans": [_POINTER, _LONG, _LONG, _LONG, _POINTER],
     "aos_divide": [_POINTER, _POINTER, _LONG, _INT, _POINTER],
@@ -44,7 +58,7 @@ _ARGUMENTS = {
 }
 
 
-_WITH_RESULT = frozenset({"aos_add_warped", "aos_mean_of_warped", "aos_local_scores"})
+_WITH_RESULT = frozenset({"aos_add_warped", "aos_add_points", "aos_mean_of_warped", "aos_local_scores"})
 """Functions that return an integer; the others return nothing."""
 
 

@@ -1,6 +1,6 @@
 /* Images warped onto a plane and added to its sums in one pass. */
 
-#include "kernels.h"
+#include "samples.h"
 
 #include <math.h>
 
@@ -19,42 +19,28 @@ typedef struct {
     int64_t height, width;
 } warped_image;
 
-INLINE v8 load8_u16(const uint16_t *p) {
-#ifdef __AVX2__
-    return (v8)_mm256_cvtepi32_ps(_mm256_cvtepu16_epi32(_mm_loadu_si128((const __m128i *)p)));
-#else
-    return (v8){p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7]};
-#endif
+/* Adds the columns of a row to its sums. */
+INLINE void add_row(const warped_image *own, const int kind, const int bands, long row, long first, long end,
+                    float *total) {
+    const image_size size = size_of(own->height, own->width, bands);
+    const double *H = own->H;
+    const float du = (float)H[0], dv = (float)H[3], dw = (float)H[6];
+    int32_t offset[BLOCK];
+    float share_u[BLOCK], share_v[BLOCK];
+    const sample_places places = {offset, share_u, share_v};
+    for (long start = first; start < end; start += BLOCK) {
+        /* Double precision at the start of a block, single precision within it. */
+        const float u0 = (float)(H[0] * start + H[1] * row + H[2]);
+        const float v0 = (float)(H[3] * start + H[4] * row + H[5]);
+        const float w0 = (float)(H[6] * start + H[7] * row + H[8]);
+        /* Beyond the span nothing is read. */
+        for (int k = 0; k < BLOCK; k++) {
+            const float step = (float)k, per_depth = 1.0f / (w0 + dw * step);
+            note_place(size, (u0 + du * step) * per_depth, (v0 + dv * step) * per_depth, k, places);
+        }
+        add_samples(own->pixels, kind, size, bands, places, 0, SMALLER(end - start, BLOCK), total + start * bands);
+    }
 }
-
-INLINE v8 load8_u8(const uint8_t *p) {
-#ifdef __AVX2__
-    return (v8)_mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(_mm_loadl_epi64((const __m128i *)p)));
-#else
-    return (v8){p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7]};
-#endif
-}
-
-#define PIXEL float
-#define LOAD8 load8
-#define NAME(name) name##_f32
-#include "warp_rows.h"
-#undef PIXEL
-#undef LOAD8
-#undef NAME
-
-#define PIXEL uint16_t
-#define LOAD8 load8_u16
-#define NAME(name) name##_u16
-#include "warp_rows.h"
-#undef PIXEL
-#undef LOAD8
-#undef NAME
-
-#define PIXEL uint8_t
-#define LOAD8 load8_u8
-#define NAME(name) name##_u8
-#include "warp_rows.h"
 
 INLINE void add_tile(const warped_image *image, const int kind, const int bands, long first_row, long end_row, long left,
                      long right, long columns, float *total, uint16_t *count) {
@@ -64,24 +50,8 @@ INLINE void add_tile(const warped_image *image, const int kind, const int bands,
         end = SMALLER(end, right);
         if (first >= end) continue;
         for (long x = first; x < end; x++) count[x]++;
-        if (kind == PIXEL_U8) add_row_u8(image, bands, row, first, end, total);
-        else if (kind == PIXEL_U16) add_row_u16(image, bands, row, first, end, total);
-        else add_row_f32(image, bands, row, first, end, total);
+        add_row(image, kind, bands, row, first, end, total);
     }
-}
-
-/* Returns whether any of the sums of a tile is no finite number. */
-INLINE int has_gaps(const float *total, long rows, long step, long n) {
-    float zero[8] = {0};
-    for (long row = 0; row < rows; row++, total += step) {
-        long k = 0;
-        for (; k + 8 <= n; k += 8)
-            for (int lane = 0; lane < 8; lane++) zero[lane] += total[k + lane] * 0.0f;
-        for (; k < n; k++) zero[0] += total[k] * 0.0f;
-    }
-    int gaps = 0;
-    for (int lane = 0; lane < 8; lane++) gaps |= !(zero[lane] == 0.0f);
-    return gaps;
 }
 
 INLINE void divide(const float *total, const uint16_t *count, long cells, const int bands, float *mean) {
