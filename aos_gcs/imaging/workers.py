@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from functools import cache
 from typing import TypeVar
 
@@ -28,6 +29,24 @@ def parallel_map(function: Callable[[Item], Result], items: Iterable[Item]) -> l
     if len(items) < 2 or _count() < 2:
         return [function(item) for item in items]
     return list(_pool().map(function, items))
+
+
+def ahead_map(function: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
+    """Yield the function's results in the order of the items, and compute the next ones while the caller works on one.
+
+    As many results are held as there are threads. As for ``parallel_map``, the function must not use these threads
+    itself; the caller may.
+    """
+    if _count() < 2:
+        yield from map(function, items)
+        return
+    begun: deque[Future[Result]] = deque()
+    for item in items:
+        begun.append(_pool().submit(function, item))
+        if len(begun) > _count():
+            yield begun.popleft().result()
+    while begun:
+        yield begun.popleft().result()
 
 
 def use_one_thread() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from aos_gcs.imaging.model import Detector, Frame
 from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.imaging.trimmed import integrate_trimmed
 from aos_gcs.imaging.views import FocalSurface
+from aos_gcs.imaging.workers import ahead_map, parallel_map
 from aos_gcs.surveys.images import LazyFrames, read_frame
 from aos_gcs.surveys.levels import add_levels, levels
 from aos_gcs.surveys.model import SurveyImage
@@ -104,17 +106,24 @@ def integrate_tiles(work: Work, tiles: Sequence[Tile], advance: Advance = lambda
     """
     if work.trim is not None:
         return [_trimmed(work, tile, advance) for tile in tiles]
-    sums = [_TileSums(work, tile) for tile in tiles]
+    sums = parallel_map(partial(_TileSums, work), tiles)
     broken: dict[int, str] = {}
-    for index in sorted({index for tile in tiles for index in tile.images}):
-        frame = _read(work, index, broken)
-        if frame is not None:
-            levels_of = _levels(work, frame, tiles[0].cell_m)
+    indices = sorted({index for tile in tiles for index in tile.images})
+    for index, read in zip(indices, ahead_map(partial(_read_with_levels, work, tiles[0].cell_m), indices), strict=True):
+        if isinstance(read, str):
+            broken[index] = read
+        else:
             for total in sums:
                 if index in total.images:
-                    total.add(index, frame, levels_of)
+                    total.add(index, *read)
         advance(1)
     return [total.result(broken) for total in sums]
+
+
+def _read_with_levels(work: Work, cell_m: float | None, index: int) -> tuple[Frame, Frame | None] | str:
+    """Return an image and its levels of anomaly, None if nothing is marked; the reason if it is broken."""
+    frame = _read(work, index)
+    return frame if isinstance(frame, str) else (frame, _levels(work, frame, cell_m))
 
 
 def _levels(work: Work, frame: Frame, cell_m: float | None) -> Frame | None:
@@ -126,8 +135,12 @@ def _levels(work: Work, frame: Frame, cell_m: float | None) -> Frame | None:
 
 def _trimmed(work: Work, tile: Tile, advance: Advance) -> TileResult:
     broken: dict[int, str] = {}
-    # Frames are gone through several times: which of them can be read has to be known before.
-    readable = [index for index in tile.images if not work.skip_broken or _read(work, index, broken) is not None]
+    if work.skip_broken:
+        # Frames are gone through several times: which of them can be read has to be known before.
+        for index in tile.images:
+            if isinstance(read := _read(work, index), str):
+                broken[index] = read
+    readable = [index for index in tile.images if index not in broken]
     view = tile.view(work.surface)
     anomalies = AnomalySums.none(view.shape) if work.detector is not None else None
     if not readable or work.trim is None:
@@ -145,11 +158,11 @@ def _trimmed(work: Work, tile: Tile, advance: Advance) -> TileResult:
     return TileResult(tile.window, integral, coverage, anomalies, used, broken)
 
 
-def _read(work: Work, index: int, broken: dict[int, str]) -> Frame | None:
+def _read(work: Work, index: int) -> Frame | str:
+    """Return an image; the reason if it is broken, and such are skipped."""
     try:
         return read_frame(work.images[index], work.bands, index)
     except InputDataError as error:
         if not work.skip_broken:
             raise
-        broken[index] = str(error)
-        return None
+        return str(error)

@@ -8,8 +8,8 @@ from functools import cache
 
 import cv2
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.special import chdtrc, chdtri
 
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
@@ -36,7 +36,7 @@ _FEWEST_PX = 9
 @cache
 def base_score(bands: int) -> float:
     """Return the score of the lowest level: as rare on a Gaussian background as five deviations of one band."""
-    return float(chdtri(bands, chdtrc(1, _BASE_DEVIATIONS**2)))
+    return float(scipy.special.chdtri(bands, scipy.special.chdtrc(1, _BASE_DEVIATIONS**2)))
 
 
 def levels(

@@ -17,8 +17,8 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.special import betainc, gammaln
 
 from aos_gcs.errors import ConfigurationError
 
@@ -140,7 +140,9 @@ def _surprise(
     seen: NDArray[np.uint16], own: AnomalySums, share: NDArray[np.float64], ratio: NDArray[np.float64]
 ) -> NDArray[np.float32]:
     """Return how surely cells are more than chance, by how strongly they are marked or by how often, shape (n,)."""
-    often = -np.log10(np.clip(betainc(own.count.astype(np.float64), seen - own.count + 1.0, share), 1e-300, 1.0))
+    often = -np.log10(
+        np.clip(scipy.special.betainc(own.count.astype(np.float64), seen - own.count + 1.0, share), 1e-300, 1.0)
+    )
     return np.maximum(_strength(seen, own.excess, share, ratio), np.asarray(often / DISPERSION, dtype=np.float32))
 
 
@@ -158,10 +160,12 @@ def _strength(
     most = int(np.minimum(n, np.ceil(expected + 10.0 * np.sqrt(expected) + 10.0)).max())
     for k in range(1, most + 1):
         possible = np.maximum(n - k, 0.0)
-        choices = gammaln(n + 1.0) - gammaln(k + 1.0) - gammaln(possible + 1.0)
+        choices = (
+            scipy.special.gammaln(n + 1.0) - scipy.special.gammaln(k + 1.0) - scipy.special.gammaln(possible + 1.0)
+        )
         marks = np.where(n >= k, np.exp(choices + k * np.log(q) + possible * np.log1p(-q)), 0.0)
         # The sum of k geometric variables reaches a level with the regularised incomplete beta function.
-        chance += marks * np.where(levels > 0.0, betainc(np.maximum(levels, 1.0), k, g), 1.0)
+        chance += marks * np.where(levels > 0.0, scipy.special.betainc(np.maximum(levels, 1.0), k, g), 1.0)
     return np.asarray(-np.log10(np.clip(chance, 1e-300, 1.0)), dtype=np.float32)[of_cell.reshape(-1)]
 
 

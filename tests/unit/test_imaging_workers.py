@@ -31,3 +31,28 @@ def test_one_core_needs_no_threads(items: list[int], monkeypatch: pytest.MonkeyP
     assert workers.parallel_map(lambda item: (item, threading.current_thread()), items) == [
         (item, threading.main_thread()) for item in items
     ]
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_results_are_computed_ahead_in_the_order_of_the_items(monkeypatch: pytest.MonkeyPatch, count: int) -> None:
+    monkeypatch.setattr(workers, "_count", lambda: count)
+    begun: list[int] = []
+
+    def tenfold(item: int) -> int:
+        begun.append(item)
+        return 10 * item
+
+    results = workers.ahead_map(tenfold, iter(range(20)))
+    assert next(results) == 0
+    # No more than the threads can do are held.
+    assert len(begun) <= count + 1
+    assert list(results) == [10 * item for item in range(1, 20)]
+    assert sorted(begun) == list(range(20))
+
+
+def test_an_error_comes_where_its_result_would(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(workers, "_count", lambda: 2)
+    results = workers.ahead_map(lambda item: 1 // item, [1, 1, 0, 1])
+    assert [next(results), next(results)] == [1, 1]
+    with pytest.raises(ZeroDivisionError):
+        next(results)

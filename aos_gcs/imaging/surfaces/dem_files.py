@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 import pymap3d
+import scipy
 from numpy.typing import NDArray
-from scipy.ndimage import map_coordinates
 
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.extras import load_extra
@@ -231,7 +231,9 @@ def _resample(heights: NDArray[np.float64], to_crs: NDArray[np.float64], place: 
     column, row, _ = np.linalg.inv(to_crs) @ flat
     # Samples on the very edge must not fall out of the raster by rounding.
     row, column = _snap(row - 0.5, rows), _snap(column - 0.5, columns)
-    sampled = map_coordinates(heights, (row, column), order=1, mode="constant", cval=np.nan).reshape(grid_x.shape)
+    sampled = scipy.ndimage.map_coordinates(heights, (row, column), order=1, mode="constant", cval=np.nan).reshape(
+        grid_x.shape
+    )
     return Terrain(float(xs[0]), float(ys[0]), spacing_m, place.z_m(grid_x, grid_y, sampled))
 
 
