@@ -16,9 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.errors import ImagingError
+from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.imaging.model import Frame, Pixels, Viewpoint
 from aos_gcs.imaging.native.kernels import divide
-from aos_gcs.imaging.native.layers import Layers, PlaneLayer, PlaneLayers, PointLayer, PointLayers
+from aos_gcs.imaging.native.layers import Layers, LensMap, PlaneLayer, PlaneLayers, PointLayer, PointLayers
 from aos_gcs.imaging.points import PointProjection
 from aos_gcs.imaging.undistort import RIM_PX, lens_map
 from aos_gcs.imaging.views import FocalView
@@ -260,8 +261,9 @@ def _layers(projected: Sequence[Projected], view: FocalView) -> Layers | None:
     for image, projection in projected:
         if projection is None:
             layers.append(PlaneLayer(image, np.eye(3), np.zeros((view.shape[0], 2), dtype=np.int32)))
-        elif isinstance(projection, PlaneProjection) and projection.camera.distortion is None:
-            layers.append(PlaneLayer(image, projection.H_raster2image, projection.spans))
+        elif isinstance(projection, PlaneProjection):
+            lens = _lens(projection.camera)
+            layers.append(PlaneLayer(image, projection.H_raster2image, projection.spans, lens))
         else:
             return None
     return PlaneLayers.of(layers)
@@ -273,12 +275,14 @@ def _point_layers(projected: Sequence[Projected]) -> Layers | None:
     layers = []
     for image, projection in projected:
         if isinstance(projection, PointProjection):
-            camera = projection.camera
-            lens = None if camera.distortion is None else lens_map(camera)
-            layers.append(PointLayer(image, projection.P, projection.seen_blocks, lens, RIM_PX))
+            layers.append(PointLayer(image, projection.P, projection.seen_blocks, _lens(projection.camera)))
         else:
-            layers.append(PointLayer(image, np.eye(3, 4), nothing, None, 0))
+            layers.append(PointLayer(image, np.eye(3, 4), nothing))
     return PointLayers.of(layers, points.points32_m, points.known)
+
+
+def _lens(camera: CameraModel) -> LensMap | None:
+    return None if camera.distortion is None else LensMap(*lens_map(camera), RIM_PX)
 
 
 def _is_finite(image: Pixels, *, look: bool) -> bool:

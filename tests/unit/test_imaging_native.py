@@ -35,6 +35,8 @@ from aos_gcs.imaging.views import FocalView, perspective_view
 SCRIPT = Path(__file__).resolve().parents[2] / "scripts" / "build_kernels.py"
 CAMERA = CameraModel.from_fov(150, 140, 0.9)
 
+LENS = replace(CAMERA, distortion=LensDistortion(LensModel.BROWN_CONRADY, (-0.12, 0.02, 0.0, 0.0, 0.0)))
+
 Result = TypeVar("Result")
 
 
@@ -65,18 +67,21 @@ def frames(dtype: str, bands: int) -> list[Frame]:
     return [Frame(i, picture(dtype, bands, i), names, pose, CAMERA) for i, pose in enumerate(poses)]
 
 
+@pytest.mark.parametrize("camera", [CAMERA, LENS])
 @pytest.mark.parametrize("dtype", ["u1", "u2", "f4"])
 @pytest.mark.parametrize("bands", [1, 3, 4, 6])
-def test_warps_are_bilinear(dtype: str, bands: int) -> None:
-    taken = frames(dtype, bands)
+def test_warps_are_bilinear(dtype: str, bands: int, camera: CameraModel) -> None:
+    taken = [replace(frame, camera=camera) for frame in frames(dtype, bands)]
     view = perspective_view(CAMERA, nadir_pose([1.0, 0.0, 31.0], 0.1), 0.0)
     mean, count = integrate(taken, view, exact=False)
     exact_mean, exact_count = integrate(taken, view)
-    np.testing.assert_array_equal(count, without_kernels(lambda: integrate(taken, view, exact=False))[1])
+    plain_count = without_kernels(lambda: integrate(taken, view, exact=False))[1]
+    assert (count != plain_count).mean() <= (0.0 if camera is CAMERA else 2e-4)
     # OpenCV is no reference here: it interpolates two bands, and more than four, in steps of 1/32 pixel.
     same = count == exact_count
     assert same.mean() > 0.999
-    np.testing.assert_allclose(mean[same], exact_mean[same], atol=0.01)
+    # A lens is interpolated between whole pixels.
+    np.testing.assert_allclose(mean[same], exact_mean[same], atol=0.01 if camera is CAMERA else 1.0)
     assert kernels.can_warp(taken[0].image)
 
 
@@ -87,9 +92,6 @@ def hilly_view() -> PointView:
     points_m[20:60, 33:90] = np.nan
     points_m[200:, 200:, 2] += 31.5
     return PointView(points_m)
-
-
-LENS = replace(CAMERA, distortion=LensDistortion(LensModel.BROWN_CONRADY, (-0.12, 0.02, 0.0, 0.0, 0.0)))
 
 
 @pytest.mark.parametrize("camera", [CAMERA, LENS])
@@ -104,7 +106,6 @@ def test_points_are_sampled_bilinearly(dtype: str, bands: int, camera: CameraMod
     same = count == exact_count
     assert same.mean() > 0.999
     assert 0.1 < (count > 0).mean() < 0.95
-    # A lens is interpolated between whole pixels, and its map to a hundredth of one.
     np.testing.assert_allclose(mean[same], exact_mean[same], atol=0.02 if camera is CAMERA else 1.0)
 
 
@@ -142,16 +143,18 @@ def test_sums_grow_by_finite_images_however_large(view: FocalView) -> None:
     assert integral.coverage.max() == 3
 
 
+@pytest.mark.parametrize("camera", [CAMERA, LENS])
 @pytest.mark.parametrize("bands", [1, 4])
-def test_gaps_cover_nothing(bands: int) -> None:
-    taken = frames("f4", bands)
+def test_gaps_cover_nothing(bands: int, camera: CameraModel) -> None:
+    taken = [replace(frame, camera=camera) for frame in frames("f4", bands)]
     taken[1].image[20:40, 30:60] = np.nan
     taken[2].image[:, :, bands - 1][70:80] = np.inf
     view = perspective_view(CAMERA, taken[0].pose, 0.0)
     mean, count = integrate(taken, view, exact=False)
     plain_mean, plain_count = without_kernels(lambda: integrate(taken, view, exact=False))
-    np.testing.assert_array_equal(count, plain_count)
-    np.testing.assert_allclose(mean, plain_mean, atol=0.01)
+    same = count == plain_count
+    assert same.mean() >= (1.0 if camera is CAMERA else 0.999)
+    np.testing.assert_allclose(mean[same], plain_mean[same], atol=0.01 if camera is CAMERA else 1.0)
 
 
 @pytest.mark.parametrize("dtype", ["u1", "u2", "f4"])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,14 +19,28 @@ Added = tuple[NDArray[np.uint8], bool]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class LensMap:
+    """Own pixels of a lens for the pixels of its ideal camera and of a rim around them."""
+
+    u: NDArray[np.float32]
+    """Shape (H + 2 rim, W + 2 rim), contiguous; NaN where the lens images none."""
+    v: NDArray[np.float32]
+    """As ``u``."""
+    rim_px: int
+    """Width of the rim."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class PlaneLayer:
     """An image on a plane's raster."""
 
     image: Pixels
     H_raster2image: NDArray[np.float64]
-    """Homography from the raster's cells (column, row, 1) to pixels, shape (3, 3)."""
+    """Homography from the raster's cells (column, row, 1) to pixels of the ideal camera, shape (3, 3)."""
     spans: NDArray[np.int32]
-    """First column that the image covers and the one behind the last, per row of the raster, shape (rows, 2)."""
+    """First column that the ideal camera covers and the one behind the last, per row of the raster, shape (rows, 2)."""
+    lens: LensMap | None = None
+    """None: the camera is ideal."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,10 +52,8 @@ class PointLayer:
     """Projection from points (x, y, z, 1) to homogeneous pixels of the ideal camera, shape (3, 4)."""
     seen_blocks: NDArray[np.bool_]
     """Blocks of 32 x 32 cells that the image may see."""
-    lens: tuple[NDArray[np.float32], NDArray[np.float32]] | None
-    """Own pixels u and v of those of the ideal camera and of a rim around them; None without distortion."""
-    lens_rim_px: int
-    """Width of the rim."""
+    lens: LensMap | None = None
+    """None: the camera is ideal."""
 
 
 class Layers(ABC):
@@ -62,7 +74,6 @@ class Layers(ABC):
         covers = np.empty(len(self._images), dtype=np.uint8)
         return covers, bool(self._add(band, total, count, covers))
 
-    @abstractmethod
     def mean(self, band: tuple[int, int], mean: Pixels, count: NDArray[np.uint16]) -> Added:
         """Write the means of some rows, NaN where nothing covers.
 
@@ -71,6 +82,10 @@ class Layers(ABC):
             mean: memory of the means, as that of sums there.
             count: memory of the numbers of images.
         """
+        mean[:], count[:] = 0.0, 0
+        added = self.add(band, mean, count)
+        divide(mean, count, mean)
+        return added
 
     @abstractmethod
     def _add(self, band: tuple[int, int], total: Pixels, count: NDArray[np.uint16], covers: NDArray[np.uint8]) -> int:
@@ -82,12 +97,15 @@ class PlaneLayers(Layers):
 
     def __init__(self, compiled: ctypes.CDLL, layers: Sequence[PlaneLayer]) -> None:
         super().__init__(compiled, [own.image for own in layers])
-        self._spans = [np.ascontiguousarray(own.spans) for own in layers]
-        self._structures = (_PlaneImage * len(layers))()
-        for own, layer, spans in zip(self._structures, layers, self._spans, strict=True):
+        self._kept = [(np.ascontiguousarray(own.spans), own.lens) for own in layers]
+        self._has_lens = any(own.lens is not None for own in layers)
+        self._structures = ((_LensImage if self._has_lens else _PlaneImage) * len(layers))()
+        for own, layer, (spans, lens) in zip(self._structures, layers, self._kept, strict=True):
             own.pixels, own.spans = layer.image.ctypes.data, spans.ctypes.data
             own.H = (ctypes.c_double * 9)(*layer.H_raster2image.reshape(-1))
             own.height, own.width = layer.image.shape[:2]
+            if lens is not None:
+                own.lens = _lens(lens)
 
     @classmethod
     def of(cls, layers: Sequence[PlaneLayer]) -> PlaneLayers | None:
@@ -96,19 +114,28 @@ class PlaneLayers(Layers):
         return cls(compiled, layers) if compiled and _are_alike([own.image for own in layers]) else None
 
     def mean(self, band: tuple[int, int], mean: Pixels, count: NDArray[np.uint16]) -> Added:
-        """See :class:`Layers`."""
+        """See :class:`Layers`; in one pass where no image has a lens."""
+        if self._has_lens:
+            return super().mean(band, mean, count)
         covers = np.empty(len(self._images), dtype=np.uint8)
-        return covers, bool(self._compiled.aos_mean_of_warped(*self._arguments(band, mean, count, covers)))
+        return covers, bool(self._call(self._compiled.aos_mean_of_warped, band, mean, count, covers))
 
     def _add(self, band: tuple[int, int], total: Pixels, count: NDArray[np.uint16], covers: NDArray[np.uint8]) -> int:
-        return int(self._compiled.aos_add_warped(*self._arguments(band, total, count, covers)))
+        compiled = self._compiled
+        add = compiled.aos_add_through_lenses if self._has_lens else compiled.aos_add_warped
+        return self._call(add, band, total, count, covers)
 
-    def _arguments(
-        self, band: tuple[int, int], total: Pixels, count: NDArray[np.uint16], covers: NDArray[np.uint8]
-    ) -> tuple[object, ...]:
-        number, columns = len(self._images), count.shape[1]
+    def _call(
+        self,
+        function: Callable[..., int],
+        band: tuple[int, int],
+        total: Pixels,
+        count: NDArray[np.uint16],
+        covers: NDArray[np.uint8],
+    ) -> int:
         memory = total.ctypes.data, count.ctypes.data, covers.ctypes.data
-        return self._structures, number, self._kind, self._bands, *band, columns, *memory
+        number, columns = len(self._images), count.shape[1]
+        return function(self._structures, number, self._kind, self._bands, *band, columns, *memory)
 
 
 class PointLayers(Layers):
@@ -127,12 +154,10 @@ class PointLayers(Layers):
         self._structures = (_PointImage * len(layers))()
         for own, layer, (seen_blocks, lens) in zip(self._structures, layers, self._kept, strict=True):
             own.pixels, own.seen_blocks = layer.image.ctypes.data, seen_blocks.ctypes.data
+            if lens is not None:
+                own.lens = _lens(lens)
             own.P = (ctypes.c_double * 12)(*layer.P.reshape(-1))
             own.height, own.width = layer.image.shape[:2]
-            if lens is not None:
-                own.lens_u, own.lens_v = (plane.ctypes.data for plane in lens)
-                own.lens_height, own.lens_width = lens[0].shape
-                own.lens_rim = layer.lens_rim_px
 
     @classmethod
     def of(
@@ -150,13 +175,6 @@ class PointLayers(Layers):
         if not compiled or not _are_alike([own.image for own in layers]):
             return None
         return cls(compiled, layers, points_m, known)
-
-    def mean(self, band: tuple[int, int], mean: Pixels, count: NDArray[np.uint16]) -> Added:
-        """See :class:`Layers`."""
-        mean[:], count[:] = 0.0, 0
-        added = self.add(band, mean, count)
-        divide(mean, count, mean)
-        return added
 
     def _add(self, band: tuple[int, int], total: Pixels, count: NDArray[np.uint16], covers: NDArray[np.uint8]) -> int:
         return int(
@@ -181,26 +199,43 @@ def _are_alike(images: Sequence[Pixels]) -> bool:
     return bool(images) and all(map(can_warp, images)) and len({(own.dtype, own.shape[2]) for own in images}) == 1
 
 
-class _PlaneImage(ctypes.Structure):
+class _LensMap(ctypes.Structure):
     _fields_ = (
-        ("pixels", ctypes.c_void_p),
-        ("spans", ctypes.c_void_p),
-        ("H", ctypes.c_double * 9),
+        ("u", ctypes.c_void_p),
+        ("v", ctypes.c_void_p),
         ("height", ctypes.c_int64),
         ("width", ctypes.c_int64),
+        ("rim", ctypes.c_int64),
     )
+
+
+def _lens(lens: LensMap) -> _LensMap:
+    return _LensMap(lens.u.ctypes.data, lens.v.ctypes.data, *lens.u.shape, lens.rim_px)
+
+
+_PLANE_FIELDS = (
+    ("pixels", ctypes.c_void_p),
+    ("spans", ctypes.c_void_p),
+    ("H", ctypes.c_double * 9),
+    ("height", ctypes.c_int64),
+    ("width", ctypes.c_int64),
+)
+
+
+class _PlaneImage(ctypes.Structure):
+    _fields_ = _PLANE_FIELDS
+
+
+class _LensImage(ctypes.Structure):
+    _fields_ = (*_PLANE_FIELDS, ("lens", _LensMap))
 
 
 class _PointImage(ctypes.Structure):
     _fields_ = (
         ("pixels", ctypes.c_void_p),
         ("seen_blocks", ctypes.c_void_p),
-        ("lens_u", ctypes.c_void_p),
-        ("lens_v", ctypes.c_void_p),
         ("P", ctypes.c_double * 12),
         ("height", ctypes.c_int64),
         ("width", ctypes.c_int64),
-        ("lens_height", ctypes.c_int64),
-        ("lens_width", ctypes.c_int64),
-        ("lens_rim", ctypes.c_int64),
+        ("lens", _LensMap),
     )

@@ -24,6 +24,7 @@ _LONG, _INT, _POINTER = ctypes.c_long, ctypes.c_int, ctypes.c_void_p
 _ARGUMENTS = {
     "aos_add_warped": [_POINTER, _LONG, _INT, _INT, _LONG, _LONG, _LONG, _POINTER, _POINTER, _POINTER],
     "aos_mean_of_warped": [_POINTER, _LONG, _INT, _INT, _LONG, _LONG, _LONG, _POINTER, _POINTER, _POINTER],
+    "aos_add_through_lenses": [_POINTER, _LONG, _INT, _INT, _LONG, _LONG, _LONG, _POINTER, _POINTER, _POINTER],
     "aos_add_points": [
         _POINTER,
         _POINTER,
@@ -58,7 +59,9 @@ _ARGUMENTS = {
 }
 
 
-_WITH_RESULT = frozenset({"aos_add_warped", "aos_add_points", "aos_mean_of_warped", "aos_local_scores"})
+_WITH_RESULT = frozenset(
+    {"aos_add_warped", "aos_add_through_lenses", "aos_add_points", "aos_mean_of_warped", "aos_local_scores"}
+)
 """Functions that return an integer; the others return nothing."""
 
 

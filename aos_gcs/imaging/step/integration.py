@@ -76,7 +76,7 @@ def _in_single_precision(frame: Frame, width_px: int) -> Frame:
     which OpenCV's running sums would spread.
     """
     image = frame.image
-    if width_px == 1 and frame.camera.distortion is None and can_warp(image):
+    if width_px == 1 and can_warp(image):
         return frame
     if not is_floats(image):
         image = borrow(*image.shape)

@@ -21,18 +21,11 @@ typedef struct {
     const void *pixels;
     /* 1 where the image may see a block of cells, else 0. */
     const uint8_t *seen_blocks;
-    /* Own pixel u and v of the pixels of the ideal camera, with a rim; NULL: there is no lens. */
-    const float *lens_u, *lens_v;
     /* Projection of points (x, y, z, 1) to homogeneous pixels of the ideal camera, row by row. */
     double P[12];
-    int64_t height, width, lens_height, lens_width, lens_rim;
+    int64_t height, width;
+    lens_map lens;
 } pointed_image;
-
-/* Pixels of the cells of a part of a row, and which of them are seen. */
-typedef struct {
-    float u[BLOCK], v[BLOCK];
-    uint8_t is_seen[BLOCK];
-} cell_pixels;
 
 INLINE void project(const pointed_image *image, cell_points points, long first, long n, cell_pixels *cells) {
     float P[12];
@@ -48,20 +41,6 @@ INLINE void project(const pointed_image *image, cell_points points, long first, 
     }
 }
 
-/* Takes pixels of the ideal camera to those of the lens. */
-INLINE void through_lens(const pointed_image *image, long n, cell_pixels *cells) {
-    const image_size size = size_of(image->lens_height, image->lens_width, 1);
-    int32_t offset[BLOCK];
-    float share_u[BLOCK], share_v[BLOCK], u[BLOCK] = {0}, v[BLOCK] = {0};
-    const sample_places places = {offset, share_u, share_v};
-    const float rim = (float)image->lens_rim;
-    for (long k = 0; k < n; k++) note_place(size, cells->u[k] + rim, cells->v[k] + rim, k, places);
-    add_samples(image->lens_u, PIXEL_F32, size, 1, places, 0, n, u);
-    add_samples(image->lens_v, PIXEL_F32, size, 1, places, 0, n, v);
-    memcpy(cells->u, u, sizeof u);
-    memcpy(cells->v, v, sizeof v);
-}
-
 /* Adds an image to a part of a row, and returns whether it covers any of it.
 
    first: number of the first cell
@@ -70,29 +49,9 @@ INLINE int add_cells(const pointed_image *image, const int kind, const int bands
                      float *total, uint16_t *count) {
     cell_pixels cells;
     project(image, points, first, n, &cells);
-    if (image->lens_u) through_lens(image, n, &cells);
+    if (image->lens.u) through_lens(image->lens, n, &cells);
     const image_size size = size_of(image->height, image->width, bands);
-    const float u_end = size.u_max + 0.5f, v_end = size.v_max + 0.5f;
-    int32_t offset[BLOCK];
-    float share_u[BLOCK], share_v[BLOCK];
-    const sample_places places = {offset, share_u, share_v};
-    for (long k = 0; k < n; k++) {
-        const float u = cells.u[k], v = cells.v[k];
-        cells.is_seen[k] &= (u >= -0.5f) & (u <= u_end) & (v >= -0.5f) & (v <= v_end);
-        note_place(size, u, v, k, places);
-    }
-    int covers = 0;
-    for (long k = 0; k < n; k++) {
-        count[k] += cells.is_seen[k];
-        covers |= cells.is_seen[k];
-    }
-    for (long k = 0; k < n;) {
-        long end = k;
-        while (end < n && cells.is_seen[end]) end++;
-        add_samples(image->pixels, kind, size, bands, places, k, end - k, total + k * bands);
-        k = end + 1;
-    }
-    return covers;
+    return add_seen(image->pixels, kind, size, bands, n, &cells, total, count);
 }
 
 INLINE int add_rows(cell_points points, const pointed_image *images, long number, const int kind, const int bands,
@@ -112,7 +71,7 @@ INLINE int add_rows(cell_points points, const pointed_image *images, long number
 }
 
 #define ADD(kind, bands) add_rows(points, images, number, kind, bands, first_row, end_row, total, count, covers)
-#define ADD_BANDS(kind) (bands == 4 ? ADD(kind, 4) : bands == 3 ? ADD(kind, 3) : bands == 1 ? ADD(kind, 1) : ADD(kind, bands))
+#define ADD_BANDS(kind) (bands == 4 ? ADD(kind, 4) : bands == 1 ? ADD(kind, 1) : ADD(kind, bands))
 
 /* Adds images to some rows of a raster, and returns whether any of the sums is no finite number then.
 

@@ -88,6 +88,58 @@ INLINE void add_samples(const void *image, const int kind, image_size size, cons
     else add_samples_f32(image, size.row_step, bands, offset, share_u, share_v, n, total);
 }
 
+/* Cells of a row at most whose pixels are computed at a time. */
+#define CELLS 64
+
+/* Pixels of some cells of a row, and which of these an image sees. */
+typedef struct {
+    float u[CELLS], v[CELLS];
+    uint8_t is_seen[CELLS];
+} cell_pixels;
+
+/* Map through a lens: its own pixel u and v for each pixel of the ideal camera and of a rim around them. */
+typedef struct {
+    /* NULL: there is no lens. */
+    const float *u, *v;
+    int64_t height, width, rim;
+} lens_map;
+
+/* Takes n pixels of the ideal camera to those of the lens. */
+INLINE void through_lens(lens_map lens, long n, cell_pixels *cells) {
+    const image_size size = size_of(lens.height, lens.width, 1);
+    int32_t offset[CELLS];
+    float share_u[CELLS], share_v[CELLS], u[CELLS] = {0}, v[CELLS] = {0};
+    const sample_places places = {offset, share_u, share_v};
+    const float rim = (float)lens.rim;
+    for (long k = 0; k < n; k++) note_place(size, cells->u[k] + rim, cells->v[k] + rim, k, places);
+    add_samples(lens.u, PIXEL_F32, size, 1, places, 0, n, u);
+    add_samples(lens.v, PIXEL_F32, size, 1, places, 0, n, v);
+    memcpy(cells->u, u, sizeof u);
+    memcpy(cells->v, v, sizeof v);
+}
+
+/* Adds what an image shows at the pixels of n cells to their sums, and returns whether it sees any of them. */
+INLINE int add_seen(const void *image, const int kind, image_size size, const int bands, long n, cell_pixels *cells,
+                    float *total, uint16_t *count) {
+    const float u_end = size.u_max + 0.5f, v_end = size.v_max + 0.5f;
+    int32_t offset[CELLS];
+    float share_u[CELLS], share_v[CELLS];
+    const sample_places places = {offset, share_u, share_v};
+    int is_any_seen = 0;
+    for (long k = 0; k < n; k++) {
+        const float u = cells->u[k], v = cells->v[k];
+        cells->is_seen[k] &= (u >= -0.5f) & (u <= u_end) & (v >= -0.5f) & (v <= v_end);
+        count[k] += cells->is_seen[k];
+        is_any_seen |= cells->is_seen[k];
+        note_place(size, u, v, k, places);
+    }
+    for (long k = 0, end = 0; k < n; k = ++end) {
+        while (end < n && cells->is_seen[end]) end++;
+        add_samples(image, kind, size, bands, places, k, end - k, total + k * bands);
+    }
+    return is_any_seen;
+}
+
 /* Returns whether any of the sums of a tile is no finite number. */
 INLINE int has_gaps(const float *total, long rows, long step, long n) {
     float zero[8] = {0};
