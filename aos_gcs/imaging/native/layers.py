@@ -20,7 +20,7 @@ Added = tuple[NDArray[np.uint8], bool]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LensMap:
-    """Own pixels of a lens for the pixels of its ideal camera and of a rim around them."""
+    """Pixels of a lens for those of its ideal camera and of a rim around them."""
 
     u: NDArray[np.float32]
     """Shape (H + 2 rim, W + 2 rim), contiguous; NaN where the lens images none."""
