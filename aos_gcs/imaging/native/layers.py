@@ -25,7 +25,7 @@ class LensMap:
     u: NDArray[np.float32]
     """Shape (H + 2 rim, W + 2 rim), contiguous; NaN where the lens images none."""
     v: NDArray[np.float32]
-    """As ``u``."""
+    """Shape and meaning as of ``u``."""
     rim_px: int
     """Width of the rim."""
 
