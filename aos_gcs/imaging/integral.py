@@ -88,8 +88,8 @@ class ViewIntegral:
         check_frame(frame, self._bands)
         projected = [(frame.image, self._view.project(frame))]
         layers = None if self._exact else _layers(projected, self._view)
-        # In the bands that it was added in: what is taken away is then the same to the last digit.
         gapless = _is_finite(frame.image, look=False)
+        # In the bands that it was added in: what is taken away is then the same to the last digit.
         own = [
             (slice(*band), *self._sums_of_band(projected, layers, band, gapless=gapless)[:2])
             for band in _bands_of_rows(self._view)

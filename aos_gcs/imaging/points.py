@@ -15,10 +15,10 @@ from aos_gcs.imaging.undistort import RIM_PX, lens_map, sample_pixels, seen_pixe
 from aos_gcs.imaging.warped import WarpedFrame, warp_exactly
 
 BLOCK_CELLS = 32
-"""Edge of the blocks of cells that are tested as one for whether a frame sees them."""
+"""Edge of the blocks of cells that are tested as one for whether a frame sees them, as in ``points.c``."""
 
 MIN_DEPTH_M = 1e-6
-"""Smallest depth of a point in front of a camera: nearer ones have no pixel."""
+"""Smallest depth of a point in front of a camera, as in ``points.c``: nearer ones have no pixel."""
 
 
 class PointView:

@@ -21,24 +21,12 @@ SWITCH = "AOS_GCS_KERNELS"
 """Environment variable that makes imaging do without the library when it is ``off``."""
 
 _LONG, _INT, _POINTER = ctypes.c_long, ctypes.c_int, ctypes.c_void_p
+_ON_PLANE = [_POINTER, _LONG, _INT, _INT, _LONG, _LONG, _LONG, _POINTER, _POINTER, _POINTER]
 _ARGUMENTS = {
-    "aos_add_warped": [_POINTER, _LONG, _INT, _INT, _LONG, _LONG, _LONG, _POINTER, _POINTER, _POINTER],
-    "aos_mean_of_warped": [_POINTER, _LONG, _INT, _INT, _LONG, _LONG, _LONG, _POINTER, _POINTER, _POINTER],
-    "aos_add_through_lenses": [_POINTER, _LONG, _INT, _INT, _LONG, _LONG, _LONG, _POINTER, _POINTER, _POINTER],
-    "aos_add_points": [
-        _POINTER,
-        _POINTER,
-        _LONG,
-        _POINTER,
-        _LONG,
-        _INT,
-        _INT,
-        _LONG,
-        _LONG,
-        _POINTER,
-        _POINTER,
-        _POINTER,
-    ],
+    "aos_add_warped": _ON_PLANE,
+    "aos_mean_of_warped": _ON_PLANE,
+    "aos_add_through_lenses": _ON_PLANE,
+    "aos_add_points": [_POINTER, _POINTER, _LONG, _POINTER, _LONG, _INT, _INT, _LONG, _LONG] + 3 * [_POINTER],
     "aos_covered_spans": [_POINTER, _LONG, _LONG, _LONG, _POINTER],
     "aos_add_spans": [_POINTER, _LONG, _LONG, _LONG, _POINTER],
     "aos_divide": [_POINTER, _POINTER, _LONG, _INT, _POINTER],

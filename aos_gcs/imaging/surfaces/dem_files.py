@@ -231,10 +231,8 @@ def _resample(heights: NDArray[np.float64], to_crs: NDArray[np.float64], place: 
     column, row, _ = np.linalg.inv(to_crs) @ flat
     # Samples on the very edge must not fall out of the raster by rounding.
     row, column = _snap(row - 0.5, rows), _snap(column - 0.5, columns)
-    sampled = scipy.ndimage.map_coordinates(heights, (row, column), order=1, mode="constant", cval=np.nan).reshape(
-        grid_x.shape
-    )
-    return Terrain(float(xs[0]), float(ys[0]), spacing_m, place.z_m(grid_x, grid_y, sampled))
+    sampled = scipy.ndimage.map_coordinates(heights, (row, column), order=1, mode="constant", cval=np.nan)
+    return Terrain(float(xs[0]), float(ys[0]), spacing_m, place.z_m(grid_x, grid_y, sampled.reshape(grid_x.shape)))
 
 
 def _snap(index: NDArray[np.float64], size: int) -> NDArray[np.float64]:

@@ -2,8 +2,6 @@
 
 #include "samples.h"
 
-#include <stddef.h>
-
 /* Edge of the blocks of cells of which an image tells whether it may see them. */
 #define BLOCK 32
 /* Smallest depth of a point in front of a camera, in metres. */
