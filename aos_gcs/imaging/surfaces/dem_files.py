@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pymap3d
 import scipy
 from numpy.typing import NDArray
 
@@ -188,22 +187,23 @@ class _Local:
 
     def __init__(self, crs: Any, origin: GeodeticPosition) -> None:
         pyproj: Any = load_extra("pyproj", "geo", "Reading a GeoTIFF")
+        self._pymap3d: Any = load_extra("pymap3d", "geo", "Reading a GeoTIFF")
         self._to_geodetic = pyproj.Transformer.from_crs(crs.to_wkt(), "EPSG:4326", always_xy=True)
         self._origin = (origin.latitude_deg, origin.longitude_deg, origin.altitude_amsl_m)
 
     def to_world(self, x: Any, y: Any) -> tuple[Any, Any]:
         longitude_deg, latitude_deg = self._to_geodetic.transform(x, y)
-        east_m, north_m, _ = pymap3d.geodetic2enu(latitude_deg, longitude_deg, self._origin[2], *self._origin)
+        east_m, north_m, _ = self._pymap3d.geodetic2enu(latitude_deg, longitude_deg, self._origin[2], *self._origin)
         return east_m, north_m
 
     def from_world(self, x_m: Any, y_m: Any) -> tuple[Any, Any]:
-        latitude_deg, longitude_deg, _ = pymap3d.enu2geodetic(x_m, y_m, 0.0, *self._origin)
+        latitude_deg, longitude_deg, _ = self._pymap3d.enu2geodetic(x_m, y_m, 0.0, *self._origin)
         x, y = self._to_geodetic.transform(longitude_deg, latitude_deg, direction="INVERSE")
         return x, y
 
     def z_m(self, x_m: Any, y_m: Any, heights: NDArray[np.float64]) -> NDArray[np.float64]:
-        latitude_deg, longitude_deg, _ = pymap3d.enu2geodetic(x_m, y_m, 0.0, *self._origin)
-        return np.asarray(pymap3d.geodetic2enu(latitude_deg, longitude_deg, heights, *self._origin)[2])
+        latitude_deg, longitude_deg, _ = self._pymap3d.enu2geodetic(x_m, y_m, 0.0, *self._origin)
+        return np.asarray(self._pymap3d.geodetic2enu(latitude_deg, longitude_deg, heights, *self._origin)[2])
 
 
 def _resample(heights: NDArray[np.float64], to_crs: NDArray[np.float64], place: _Own | _Local) -> Terrain:

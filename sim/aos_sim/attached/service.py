@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-import pymap3d
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_gcs.errors import ConfigurationError, LinkError
@@ -280,9 +279,10 @@ class AttachedCameras:
             pose = camera.telemetry.pose_at(moment_s) if moment_s is not None else None
             if pose is not None:
                 positions[system_id] = pose.true.position
-        places = [(place.latitude_deg, place.longitude_deg, place.altitude_amsl_m) for place in positions.values()]
-        if places:
-            self._separation.update(list(positions), np.column_stack(pymap3d.geodetic2ecef(*np.transpose(places))))
+        if positions:
+            about_first = LocalFrame(next(iter(positions.values())))
+            positions_m = np.array([about_first.to_enu(place) for place in positions.values()])
+            self._separation.update(list(positions), positions_m)
         if self.frame is None or self._relief is None:
             return
         homes_enu_m = self.homes_enu_m()
