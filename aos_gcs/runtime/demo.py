@@ -24,6 +24,7 @@ from aos_gcs.planning.settings import Deadlines, SearchMode
 from aos_gcs.runtime.demo_terrain import EXIT_REFUSED, LEVEL, elevation_model, terrain_tables
 from aos_gcs.runtime.evaluation import Score, score_mission
 from aos_gcs.runtime.service import Service, open_service
+from aos_gcs.runtime.unused_ports import unused_ports
 
 MAX_VEHICLES = 100
 AUTOPILOTS = ("arducopter", "px4")
@@ -194,7 +195,7 @@ async def open_demo(options: DemoOptions, following: NextSortie | None = None) -
         ConfigurationError: an option cannot be used.
         LinkError: the dashboard's port is in use.
     """
-    link_port = _free_udp_port()
+    link_port = next(unused_ports(socket.SOCK_DGRAM))
     demo = None
     try:
         config = parse_config(_tables(options, link_port), source="demo")
@@ -308,10 +309,3 @@ async def _process(command: list[str], log: Path) -> AsyncIterator[asyncio.subpr
             except TimeoutError:
                 process.kill()
                 await process.wait()
-
-
-def _free_udp_port() -> int:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        port: int = probe.getsockname()[1]
-    return port

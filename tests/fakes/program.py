@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from aos_gcs.runtime.unused_ports import unused_ports
 from tests.timing import scaled_s
 
 POLL_S = 0.1
@@ -87,12 +88,12 @@ class Program:
         return [int(pid) for pid, parent, line in rows if int(parent) == self.process.pid and words in line]
 
 
+_UNUSED_PORTS = {kind: unused_ports(kind) for kind in (socket.SOCK_DGRAM, socket.SOCK_STREAM)}
+
+
 def unused_port(kind: socket.SocketKind = socket.SOCK_DGRAM) -> int:
-    """Return a port that nobody listens on, of UDP unless it is to be one of TCP."""
-    with socket.socket(socket.AF_INET, kind) as probe:
-        probe.bind(("127.0.0.1", 0))
-        port: int = probe.getsockname()[1]
-    return port
+    """Return a port that nobody has open, of UDP unless it is to be one of TCP; each is returned once."""
+    return next(_UNUSED_PORTS[kind])
 
 
 @asynccontextmanager

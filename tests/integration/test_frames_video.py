@@ -21,6 +21,7 @@ from aos_drivers.frames.settings import CameraSettings, ImagePlace, SourceKind
 from aos_drivers.frames.stream.clock import SENDER_SIGMA_S
 from aos_drivers.frames.stream.receiver import KEPT_FRAMES, VideoReceiver
 from aos_gcs.clock import LoopClock
+from tests.fakes.program import unused_port
 from tests.fakes.shutter_vehicle import PITCH_DEG, NoDownloads, ShutterVehicle, deadline_s, open_camera
 from tests.timing import scaled_s
 
@@ -29,13 +30,6 @@ av = pytest.importorskip("av", reason="needs the extra video")
 WIDTH, HEIGHT, RATE_HZ = 64, 48, 20
 bench = partial(open_camera, fetcher=NoDownloads())
 FOV_RAD = 0.9
-
-
-def free_port() -> int:
-    """An even port whose successor is likely to be free, too: RTCP uses it."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1]) // 2 * 2
 
 
 @contextmanager
@@ -141,7 +135,7 @@ def settings_of(address: str, **changes: object) -> CameraSettings:
 
 
 async def test_rtp_gives_frames_with_the_senders_times_and_interpolated_poses(tmp_path: Path) -> None:
-    port = free_port()
+    port = unused_port()
     settings = settings_of(description_file(tmp_path, port))
     with sending(rtp(port)):
         async with bench(ShutterVehicle(lambda _: None), settings) as network:
@@ -192,7 +186,7 @@ async def until(clock: LoopClock, condition: Callable[[], bool]) -> None:
 
 @pytest.mark.slow
 async def test_a_stream_without_times_arrives_a_latency_late_and_is_found_again_after_its_end() -> None:
-    port = free_port()
+    port = unused_port(socket.SOCK_STREAM)
     settings = settings_of(f"tcp://127.0.0.1:{port}", latency_s=0.3, latency_sigma_s=0.12)
     async with receiving(settings) as (receiver, clock):
         with sending(mpeg_ts(port)):
@@ -212,7 +206,7 @@ async def test_a_stream_without_times_arrives_a_latency_late_and_is_found_again_
 
 
 async def test_pictures_beyond_the_limit_are_refused() -> None:
-    port = free_port()
+    port = unused_port(socket.SOCK_STREAM)
     with sending(mpeg_ts(port)):
         async with receiving(settings_of(f"tcp://127.0.0.1:{port}"), max_pixels=1000) as (receiver, clock):
             await until(clock, lambda: "64 x 48 pixels" in receiver.problem)
@@ -220,7 +214,7 @@ async def test_pictures_beyond_the_limit_are_refused() -> None:
 
 
 async def test_a_stream_that_is_not_there_is_named_at_the_deadline() -> None:
-    settings = settings_of(f"tcp://127.0.0.1:{free_port()}")
+    settings = settings_of(f"tcp://127.0.0.1:{unused_port(socket.SOCK_STREAM)}")
     async with bench(ShutterVehicle(lambda _: None), settings) as network:
         receiver = network.vehicle()._captures._source._receiver  # type: ignore[attr-defined]
         await until(network.clock, lambda: "refused" in receiver.problem)
@@ -246,7 +240,7 @@ async def test_what_is_no_stream_is_not_opened() -> None:
 
 @pytest.mark.slow
 async def test_a_frame_without_a_pose_of_its_time_is_refused(tmp_path: Path) -> None:
-    port = free_port()
+    port = unused_port()
     settings = settings_of(description_file(tmp_path, port), max_pose_age_s=0.3)
     with sending(rtp(port)):
         async with bench(ShutterVehicle(lambda _: None), settings) as network:

@@ -22,6 +22,7 @@ from aos_gcs.geometry.poses import nadir_pose
 from aos_gcs.geometry.projection import intersect_plane
 from aos_gcs.surveys.photos import read_photos
 from tests.fakes.command_line import exit_status
+from tests.fakes.program import unused_port
 from tests.fakes.survey_flight import CAMERA, FOCAL_PX, HEIGHT_M, HOT_M, SIZE, TAKEOFF, Photographs, render, texture
 
 
@@ -181,9 +182,7 @@ def test_autofocus_on_a_region_of_a_map(tmp_path: Path, capfd: pytest.CaptureFix
 
 
 def unreachable() -> str:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return f"tcp://127.0.0.1:{probe.getsockname()[1]}"
+    return f"tcp://127.0.0.1:{unused_port(socket.SOCK_STREAM)}"
 
 
 BAD_OPTIONS: dict[str, tuple[tuple[object, ...], str]] = {

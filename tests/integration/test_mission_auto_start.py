@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import socket
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +18,7 @@ from aos_gcs.runtime.service import open_service
 from aos_gcs.store.last_mission import unfinished_mission
 from aos_gcs.store.recorder import MissionRecorder
 from tests.fakes.mission_flight import Flight, flying, prepare
+from tests.fakes.program import unused_port
 
 
 def hovering() -> Flight:
@@ -97,11 +97,8 @@ async def test_an_action_in_flight_says_nothing_of_the_start() -> None:
 
 
 def configuration(folder: Path, **mission: object) -> ServiceConfig:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
     tables = {
-        "link": {"urls": [f"udpin://127.0.0.1:{port}"]},
+        "link": {"urls": [f"udpin://127.0.0.1:{unused_port()}"]},
         "mission": {"area_enu_m": [[0, 0], [9, 0], [9, 9]], "auto_start": True, **mission},
         "api": {"enabled": False},
         "record": {"folder": folder},

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import socket
 from pathlib import Path
 
 import pytest
@@ -18,6 +17,7 @@ from aos_gcs.store.return_settings import unrestored_settings
 from tests.fakes.command_line import exit_status
 from tests.fakes.fleet import FakeFleet
 from tests.fakes.mission_flight import flying, prepare
+from tests.fakes.program import unused_port
 
 SETS_RETURN = PreflightSettings(upload_fence=True, set_return_height=True)
 
@@ -90,10 +90,7 @@ async def test_the_command_sets_back_what_killed_missions_have_left(tmp_path: Pa
 
 def test_the_command_says_what_is_to_be_set_by_hand(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "mission.toml"
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
-    text = CONFIGURATION.format(port=port, folder=(tmp_path / "missions").as_posix())
+    text = CONFIGURATION.format(port=unused_port(), folder=(tmp_path / "missions").as_posix())
     file.write_text(text, encoding="utf-8")
     assert command(file) == 0
     assert "No mission has left" in capsys.readouterr().out

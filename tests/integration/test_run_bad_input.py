@@ -15,6 +15,7 @@ from aos_sim.errors.model import error_model
 from aos_sim.swarm import SwarmOptions
 from aos_sim.world.scene import SceneParameters
 from tests.fakes.command_line import exit_status
+from tests.fakes.program import unused_port
 
 HOST = "127.0.0.1"
 CONFIGURATION = """
@@ -42,8 +43,7 @@ def taken_port(kind: socket.SocketKind) -> Iterator[int]:
 
 @pytest.fixture
 def free_port() -> int:
-    with taken_port(socket.SOCK_DGRAM) as port:
-        return port
+    return unused_port()
 
 
 @pytest.fixture

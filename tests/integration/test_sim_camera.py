@@ -34,6 +34,7 @@ from aos_sim.swarm import SimulatedSwarm
 from aos_sim.swarm import SwarmOptions as SimulatorOptions
 from aos_sim.world.relief import Relief
 from aos_sim.world.scene import SceneParameters, build_scene
+from tests.fakes.program import unused_port
 from tests.timing import scaled_s
 
 HOST = "127.0.0.1"
@@ -42,16 +43,6 @@ VALLEY_M = 5.0
 VALLEY = Relief(np.full((2, 2), -VALLEY_M), west_m=-500.0, south_m=-500.0, cell_m=1000.0)
 """Ground that lies below the launch points."""
 PLACE = ("latitude_deg", "longitude_deg", "absolute_altitude_m")
-
-
-def free_ports(count: int) -> list[int]:
-    probes = [socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(count)]
-    for probe in probes:
-        probe.bind((HOST, 0))
-    ports = [probe.getsockname()[1] for probe in probes]
-    for probe in probes:
-        probe.close()
-    return ports
 
 
 async def until(condition: Callable[[], bool]) -> None:
@@ -78,7 +69,7 @@ async def flying(
     autopilot: str, vehicles: int, speed: float = SPEED
 ) -> AsyncIterator[tuple[SimulatedSwarm, AttachedCameras, str]]:
     """Vehicles without cameras, cameras beside them, and the link of a ground station for both."""
-    gcs_port, camera_port = free_ports(2)
+    gcs_port, camera_port = unused_port(), unused_port()
     simulated = SimulatorOptions(
         vehicles=vehicles,
         links=(f"udpout://{HOST}:{gcs_port}", f"udpout://{HOST}:{camera_port}"),
@@ -179,7 +170,7 @@ async def test_an_independent_client_takes_a_photograph_with_a_camera_beside_a_v
 
 
 async def test_two_vehicles_with_one_system_id_get_no_images(caplog: pytest.LogCaptureFixture) -> None:
-    first_port, second_port, gcs_port = free_ports(3)
+    first_port, second_port, gcs_port = (unused_port() for _ in range(3))
     attached = AttachedOptions(
         links=(f"udpin://{HOST}:{first_port}", f"udpin://{HOST}:{second_port}"), gcs=f"udpout://{HOST}:{gcs_port}"
     )
@@ -225,7 +216,7 @@ async def test_a_taken_port_ends_the_service_with_its_name() -> None:
 async def test_a_mission_finds_a_person_with_cameras_beside_the_vehicles(tmp_path: Path) -> None:
     renderer = pytest.importorskip("aos_sim.render", reason="needs the optional ray tracer").Renderer
     vehicles, speed, origin = 5, 3.0, GeodeticPosition(48.3, 14.3, 260.0)
-    gcs_port, camera_port = free_ports(2)
+    gcs_port, camera_port = unused_port(), unused_port()
     simulator = [
         *(sys.executable, "-m", "aos_sim", "--vehicles", str(vehicles), "--speed", str(speed)),
         *("--no-camera", "--no-render", "--trees-per-ha", "0", "--exit-with-parent"),
