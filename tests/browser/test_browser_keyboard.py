@@ -22,6 +22,7 @@ async def test_a_key_that_opens_a_view_leads_into_it(page: Page, service: Servic
     await page.keyboard.press("Tab")
     await expect(page.get_by_test_id("launch")).to_be_focused()
     await page.keyboard.press("f")
+    await expect(page.get_by_test_id("view-fly")).to_have_attribute("aria-current", "page")
     await page.keyboard.press("Tab")
     await expect(page.locator("main [data-testid]:focus")).to_have_count(1)
 

@@ -172,7 +172,7 @@ def test_a_height_error_beyond_the_spacing_is_seen_and_shrunk_to_its_cause() -> 
     idle = OperatorActs(1.0, Action.RESUME, None)
     # Vehicle 1 climbs into the layer of vehicle 2 while both fly home side by side.
     climb = [HeightReset(0.0, 1, -2.4)]
-    crossing = [_Crossing(8.0)]
+    crossing = [_Crossing(10.0)]
     verdict = fly(replace(CALM, faults=(idle, *climb, *crossing)))
     assert [violation.kind for violation in verdict.violations] == ["separation"]
     assert shrink(verdict).scenario.faults == tuple(crossing)
