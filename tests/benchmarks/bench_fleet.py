@@ -62,7 +62,7 @@ from tests.fakes.program import unused_port
 ANSWER_S = 0.3
 """After which a vehicle acknowledges, in the comparison with mavsdk."""
 CODE = "larch-and-spruce"
-LAYER_M, SPACING_M = 8.0, 2.0
+LAYER_M, SPACING_M = 8.0, 3.0
 COMMANDS = (mavlink.MAVLINK_MSG_ID_COMMAND_LONG, mavlink.MAVLINK_MSG_ID_COMMAND_INT)
 
 
@@ -80,6 +80,17 @@ async def fleet_of(port: int, count: int) -> AsyncIterator[tuple[Fleet, Clock]]:
 async def _until(condition: Callable[[], bool], pause_s: float = 0.1) -> None:
     while not condition():  # noqa: ASYNC110 - telemetry changes by itself
         await asyncio.sleep(pause_s)
+
+
+async def _line_forms(mission: Coordinator) -> None:
+    """Wait until the vehicles fly.
+
+    Raises:
+        RuntimeError: the mission has ended before.
+    """
+    await _until(lambda: mission.phase in (Phase.LINE, Phase.DONE))
+    if mission.phase is Phase.DONE:
+        raise RuntimeError(f"the mission has ended on the ground: {mission.outcome}")
 
 
 @contextmanager
@@ -221,7 +232,7 @@ async def hold(rounds: int, count: int = 20) -> None:
     port = unused_port()
     with other_process(simulate, port, count):
         async with _mission(port, count, auto_start=True) as (mission, _):
-            await _until(lambda: mission.phase is Phase.LINE)
+            await _line_forms(mission)
             await asyncio.sleep(2.0)
             wire_ms, shown_ms = [], []
             for _ in range(rounds):
@@ -250,7 +261,7 @@ async def click(rounds: int, count: int = 20) -> None:
         async with open_api_process(start, print) as api, _mission(port, count, auto_start=True) as (mission, _):
             assert api is not None
             async with api.showing(mission.view, mission.commands):
-                await _until(lambda: mission.phase is Phase.LINE)
+                await _line_forms(mission)
                 await asyncio.sleep(2.0)
                 with httpx.Client(base_url=api.address.url, timeout=30.0) as client:
                     wire_ms = [await _click(client, mission, count) for _ in range(rounds)]
