@@ -8,10 +8,9 @@ import os
 import struct
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractAsyncContextManager, contextmanager
+from collections.abc import AsyncIterator, Callable, Iterator, Sequence
+from contextlib import AbstractAsyncContextManager, asynccontextmanager, contextmanager
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import BinaryIO, Final
 
@@ -35,7 +34,18 @@ REST_IN_FLIGHT: Final = 1.0
 _PART_BYTES: Final = 2**20
 _SHARE: Final = struct.Struct("d")
 OpenWorker = Callable[[], AbstractAsyncContextManager[Worker]]
-_PROCESS: Final[OpenWorker] = partial(open_worker, VIDEO)
+
+
+@asynccontextmanager
+async def open_video_process() -> AsyncIterator[Worker]:
+    """Start the process that makes one video, and wait until it can work.
+
+    Raises:
+        WorkerError: it cannot be started.
+    """
+    async with open_worker(VIDEO) as worker:
+        await worker.ready()
+        yield worker
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +120,7 @@ class VideoMaker:
         open_process: starts the process that makes one video.
     """
 
-    def __init__(self, folder: Callable[[], Path], rest: float, open_process: OpenWorker = _PROCESS) -> None:
+    def __init__(self, folder: Callable[[], Path], rest: float, open_process: OpenWorker = open_video_process) -> None:
         self._folder = folder
         self._rest = rest
         self._open_process = open_process
