@@ -24,6 +24,7 @@ from aos_gcs.clock import LoopClock
 from aos_gcs.ports import DriverContext
 from tests.benchmarks.figures import report
 from tests.fakes.mavlink_vehicle import FakeVehicle
+from tests.fakes.program import unused_port
 
 HOST = "127.0.0.1"
 ATTACKERS = 10
@@ -78,9 +79,7 @@ def fly(port: int, duration_s: float, gaps_s: Queue[list[float]]) -> None:
 
 
 async def main(noise: str, size: int, bytes_per_s: float, duration_s: float) -> None:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind((HOST, 0))
-        port = probe.getsockname()[1]
+    port = unused_port()
     context = DriverContext(LoopClock(), lambda: True, lambda notice: print(notice.text))
     async with open_mavlink([f"udpin://{HOST}:{port}"], context) as fleet:
         gaps_s: Queue[list[float]] = multiprocessing.Queue()

@@ -25,6 +25,7 @@ from aos_gcs.mission.model.sharing import ChannelState, ChannelStatus
 from aos_gcs.runtime.sharing_supervisor import open_sharing_process
 from aos_gcs.sharing.settings import SharingSettings, TakSettings
 from tests.fakes.mission import ScriptedMission
+from tests.fakes.program import unused_port
 from tests.fakes.sharing import TakServer
 
 _FINDINGS = 15
@@ -56,11 +57,8 @@ def child() -> int:
 @contextlib.asynccontextmanager
 async def behind_taky(program: str, client: TakServer) -> AsyncIterator[int]:
     """Run taky, and have a client of its keep what it is sent; the port."""
-    with tempfile.TemporaryDirectory() as name, socket.socket() as probe:
-        folder = Path(name)
-        probe.bind(("127.0.0.1", 0))
-        port = int(probe.getsockname()[1])
-        probe.close()
+    with tempfile.TemporaryDirectory() as name:
+        folder, port = Path(name), unused_port(socket.SOCK_STREAM)
         taky = f"[taky]\nhostname = localhost\nbind_ip = 127.0.0.1\npublic_ip = 127.0.0.1\nroot_dir = {folder}\n"
         rest = f"[cot_server]\nport = {port}\n[dp_server]\nupload_path = {folder}\n[ssl]\nenabled = false\n"
         (folder / "taky.conf").write_text(taky + rest, encoding="utf-8")
