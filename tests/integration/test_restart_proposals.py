@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import socket
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,6 +15,7 @@ from aos_gcs.mission.proposals import Proposals
 from aos_gcs.runtime.service import open_service
 from aos_gcs.store.last_mission import last_proposals
 from aos_gcs.store.recorder import MissionRecorder
+from tests.fakes.program import unused_port
 from tests.fakes.records import snapshot
 from tests.unit.test_sharing_proposals import proposal
 
@@ -31,27 +29,18 @@ async def _record(root: Path) -> Proposals:
     return desk
 
 
-@contextmanager
-def _port() -> Iterator[int]:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        yield probe.getsockname()[1]
-
-
 @pytest.mark.parametrize("receive", [True, False])
 @pytest.mark.usefixtures("threaded_workers")
 async def test_the_station_that_follows_has_the_proposals_and_decisions_of_the_one_before(
     tmp_path: Path, receive: bool
 ) -> None:
     former = await _record(tmp_path)
-    with _port() as port, _port() as group:
-        pass
     tables = {
-        "link": {"urls": [f"udpin://127.0.0.1:{port}"]},
+        "link": {"urls": [f"udpin://127.0.0.1:{unused_port()}"]},
         "mission": {"area_enu_m": [[0, 0], [9, 0], [9, 9]], "vehicle_ids": [1, 2]},
         "api": {"enabled": False},
         "record": {"folder": tmp_path},
-        "tak": {"url": f"udp://239.2.3.1:{group}", "interface": "127.0.0.1", "receive": receive},
+        "tak": {"url": f"udp://239.2.3.1:{unused_port()}", "interface": "127.0.0.1", "receive": receive},
     }
     async with open_service(parse_config(tables, source="test")) as service:
         assert service.mission.view.snapshot().proposals == (former.all() if receive else ())

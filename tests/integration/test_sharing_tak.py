@@ -25,6 +25,7 @@ from aos_gcs.sharing.tak import connection
 from aos_gcs.sharing.tak.channel import TakChannel
 from tests.fakes.bridge import connected
 from tests.fakes.mission import ScriptedMission
+from tests.fakes.program import unused_port
 from tests.fakes.sharing import TakServer, make_authority, make_certificate, running, seen
 from tests.timing import scaled_s
 
@@ -45,7 +46,7 @@ async def test_findings_reach_a_server_that_is_restarted_and_leave_it_when_they_
     server = TakServer(time.time, marks=mark("drawn-1"))
     async with AsyncExitStack() as stack, AsyncExitStack() as first:
         await stack.enter_async_context(asyncio.timeout(scaled_s(40.0)))
-        port = await first.enter_async_context(server.listening())
+        port = await first.enter_async_context(server.listening(unused_port(socket.SOCK_STREAM)))
         settings = SharingSettings(TakSettings(f"tcp://127.0.0.1:{port}", receive=True))
         sharing = await stack.enter_async_context(open_sharing_process(settings, notices.append))
         assert sharing is not None

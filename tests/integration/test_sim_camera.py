@@ -188,8 +188,7 @@ async def test_two_vehicles_with_one_system_id_get_no_images(caplog: pytest.LogC
 
 
 async def test_a_link_is_tried_until_somebody_answers_and_again_when_it_is_lost() -> None:
-    with socket.create_server((HOST, 0)) as probe:
-        port = probe.getsockname()[1]
+    port = unused_port(socket.SOCK_STREAM)
     cameras = AttachedCameras(AttachedOptions(links=(f"tcpout://{HOST}:{port}",)), CheckerboardGround())
     async with asyncio.TaskGroup() as group:
         serving = group.create_task(cameras.run())

@@ -19,6 +19,7 @@ from aos_sim.__main__ import main
 from aos_sim.camera.synthetic import CheckerboardGround
 from aos_sim.packets import Parser
 from aos_sim.swarm import SimulatedSwarm, SwarmOptions
+from tests.fakes.program import gone, unused_port
 from tests.fakes.sim_errors import POSITIONS_ERR
 from tests.timing import scaled_s
 
@@ -78,8 +79,7 @@ async def test_each_vehicle_has_a_port_of_its_own_and_answers_there():
 
 
 async def test_listening_vehicles_answer_whoever_spoke():
-    with closing(udp_socket()) as probe:
-        base = probe.getsockname()[1]
+    base = unused_port()
     async with SimulatedSwarm(small(f"udpin://{HOST}:{base}", vehicles=1), CheckerboardGround()):
         with closing(udp_socket()) as receiver:
             receiver.sendto(b"\xfd garbage that is no message" + heartbeat(), (HOST, base))
@@ -99,8 +99,8 @@ async def test_tcp_both_ways():
                     heard.put_nowait(message.get_srcSystem())
         writer.close()
 
-    server = await asyncio.start_server(listen, HOST, 0)
-    port = server.sockets[0].getsockname()[1]
+    port = unused_port(socket.SOCK_STREAM)
+    server = await asyncio.start_server(listen, HOST, port)
     async with server, SimulatedSwarm(small(f"tcpout://{HOST}:{port}"), CheckerboardGround()):
         async with asyncio.timeout(scaled_s(10)):
             seen: set[int] = set()
@@ -183,8 +183,7 @@ async def test_process_ends_with_its_parent(tmp_path):
             await receive(receiver)
             parent.stdin.close()
             await parent.wait()
-            while Path(f"/proc/{child}").exists() and "zombie" not in Path(f"/proc/{child}/status").read_text():  # noqa: ASYNC110, ASYNC240
-                await asyncio.sleep(0.1)
+            await gone(child)
     assert json.loads(sim.report.read_text())["landed"] == 2
 
 

@@ -36,6 +36,7 @@ from aos_gcs.mission.model.steps import PictureKind
 from aos_gcs.ports import Severity
 from tests.fakes.app import app_of
 from tests.fakes.mission import ScriptedMission
+from tests.fakes.program import unused_port
 from tests.timing import scaled_s
 
 
@@ -356,7 +357,7 @@ async def test_foreign_pages_cannot_listen(mission: ScriptedMission) -> None:
 
 
 async def test_server_ends_with_open_connections_and_frees_its_port(mission: ScriptedMission) -> None:
-    async with serve(app_of(mission), port=0) as address:
+    async with serve(app_of(mission), port=unused_port(socket.SOCK_STREAM)) as address:
         websocket = await connect(f"ws://127.0.0.1:{address.port}/api/events")
         await receive(websocket)
     with pytest.raises(ConnectionClosed):
