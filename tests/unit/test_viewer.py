@@ -192,6 +192,7 @@ async def test_a_worker_that_fails_answers_busy(folder: Path) -> None:
 @pytest.mark.realtime
 async def test_views_of_a_process_are_those_of_a_thread(folder: Path, viewer: Viewer) -> None:
     async with open_worker(VIEWS) as worker:
+        await worker.ready()
         apart = Viewer(folder, ImagingSettings(), focus_reach_m=10.0, worker=worker)
         assert await apart.describe(1) == await viewer.describe(1)
         wanted = await viewer.view(1, ViewKind.INTEGRAL, SPOT_HEIGHT_M)
