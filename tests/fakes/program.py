@@ -87,6 +87,13 @@ class Program:
         rows = (line.split(maxsplit=2) for line in output.decode().splitlines())
         return [int(pid) for pid, parent, line in rows if int(parent) == self.process.pid and words in line]
 
+    async def child(self, words: str, timeout_s: float) -> int:
+        """Wait until exactly one process that it has started has these words in its command line; return its id."""
+        async with asyncio.timeout(scaled_s(timeout_s)):
+            while len(found := await self.children(words)) != 1:  # noqa: ASYNC110 - nothing announces it
+                await asyncio.sleep(POLL_S)
+        return found[0]
+
 
 _UNUSED_PORTS = {kind: unused_ports(kind) for kind in (socket.SOCK_DGRAM, socket.SOCK_STREAM)}
 
