@@ -6,9 +6,9 @@ import re
 import signal
 from pathlib import Path
 
-import httpx
 import pytest
 
+from tests.fakes.app import client_at
 from tests.fakes.command_line import exit_status
 from tests.fakes.program import running
 from tests.fakes.recording import record
@@ -20,7 +20,7 @@ async def test_a_recorded_mission_is_served_until_ctrl_c(tmp_path: Path) -> None
         await program.until_logged("Dashboard for operators: ", 60)
         found = re.match(r"(http://[^/]+)/#code=(\S+)", program.operator_url)
         assert found is not None
-        async with httpx.AsyncClient(base_url=found[1]) as client:
+        async with client_at(found[1]) as client:
             assert (await client.post("/api/replay", json={"time_s": 10.0})).status_code == 403
             assert (await client.post("/api/session", json={"code": found[2], "name": "Ada"})).status_code == 200
             assert (await client.post("/api/replay", json={"time_s": 10.0})).json()["time_s"] == 10.0

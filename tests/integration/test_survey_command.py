@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import cv2
-import httpx
 import numpy as np
 import pymap3d
 import pytest
@@ -24,6 +23,7 @@ from aos_gcs.store.database import MissionDatabase
 from aos_gcs.store.reader import MissionReader
 from aos_gcs.surveys.photos import read_photos
 from aos_gcs.surveys.projected import ProjectedSystem
+from tests.fakes.app import client_at
 from tests.fakes.command_line import exit_status
 from tests.fakes.program import running
 from tests.fakes.recording import record
@@ -334,7 +334,7 @@ async def test_the_dashboard_of_a_survey_takes_decisions_and_no_commands(
         await program.until_logged("stays available until Ctrl-C", 60)
         found = re.match(r"(http://[^/]+)/#code=(\S+)", program.operator_url)
         assert found is not None
-        async with httpx.AsyncClient(base_url=found[1]) as client:
+        async with client_at(found[1]) as client:
             assert (await client.patch("/api/findings/1", json={"status": "confirmed"})).status_code == 403
             assert (await client.post("/api/session", json={"code": found[2], "name": "Ada"})).status_code == 200
             judged = await client.patch("/api/findings/1", json={"status": "confirmed"})

@@ -13,7 +13,7 @@ from aos_gcs.config.model import ApiConfig
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.runtime.dashboard import open_dashboard
 from aos_gcs.runtime.sign_in import OperatorSecrets
-from tests.fakes.app import app_of
+from tests.fakes.app import app_of, client_at
 from tests.fakes.mission import ScriptedMission
 from tests.fakes.tiles import MVT, PNG, pmtiles
 
@@ -60,7 +60,7 @@ async def test_the_map_of_the_mission_folder_is_shown_where_the_configuration_na
     config = ApiConfig(basemap=tmp_path / "team.pmtiles" if is_configured else None, port=0)
     mission = ScriptedMission(LoopClock())
     async with open_dashboard(mission, config, OperatorSecrets("code"), folder=tmp_path):
-        client = httpx.AsyncClient(base_url=addresses[0])
+        client = client_at(addresses[0])
         shown = await client.get((await client.get("/api/basemap")).json()["url"])
         await client.aclose()
     assert shown.content.endswith(b"of the team" if is_configured else b"of the folder")

@@ -10,7 +10,7 @@ from typing import NoReturn
 
 import httpx
 import pytest
-from websockets.asyncio.client import ClientConnection, connect
+from websockets.asyncio.client import ClientConnection
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from aos_gcs.api import limited_protocol
@@ -26,7 +26,7 @@ from aos_gcs.api.access.peer_limits import BURST, FOLLOWERS_PER_PEER, REQUESTS_P
 from aos_gcs.api.access.turns import BEGUN_PER_ROUND, Turns
 from aos_gcs.api.server import ServerAddress, serve
 from aos_gcs.clock import LoopClock
-from tests.fakes.app import app_of
+from tests.fakes.app import app_of, client_at, stream_at
 from tests.fakes.mission import ScriptedMission
 
 CODE = "larch-and-spruce"
@@ -148,7 +148,7 @@ async def test_a_peer_with_too_many_connections_leaves_room_for_others(address: 
             if number >= CONNECTIONS_PER_PEER:
                 with contextlib.suppress(ConnectionError):
                     assert await reader.read() == b""
-        async with httpx.AsyncClient(base_url=address.url) as client:
+        async with client_at(address.url) as client:
             assert (await client.get("/api/mission")).status_code == 200
 
 
@@ -159,7 +159,7 @@ async def test_an_operator_is_heard_behind_the_address_of_an_attacker(
     monkeypatch.setattr(connection_limits, "CONNECTIONS_PER_PEER", 4)
     monkeypatch.setattr(connection_limits, "ON_PROBATION", 4)
     async with contextlib.AsyncExitStack() as stack:
-        async with httpx.AsyncClient(base_url=address.url) as client:
+        async with client_at(address.url) as client:
             await client.post("/api/session", json={"code": CODE, "name": "Ada"})
             assert (await client.get("/api/mission")).status_code == 200
             cookies = client.cookies
@@ -168,11 +168,11 @@ async def test_an_operator_is_heard_behind_the_address_of_an_attacker(
             reader, writer = await asyncio.open_connection("127.0.0.1", address.port)
             stack.callback(writer.close)
             streams.append((reader, writer))
-        async with httpx.AsyncClient(base_url=address.url) as stranger:
+        async with client_at(address.url) as stranger:
             refused = await stranger.get("/api/mission")
             assert (refused.status_code, refused.json()["id"]) == (429, "too_many_connections")
             assert refused.headers["connection"] == "close"
-        async with httpx.AsyncClient(base_url=address.url, cookies=cookies) as operator:
+        async with client_at(address.url, cookies=cookies) as operator:
             answer = await operator.post("/api/mission/actions", json={"action": "hold"})
             assert answer.status_code == 200
         with contextlib.suppress(ConnectionError):
@@ -181,7 +181,7 @@ async def test_an_operator_is_heard_behind_the_address_of_an_attacker(
 
 
 async def test_a_stream_that_sends_more_than_pages_do_is_closed(address: ServerAddress) -> None:
-    async with connect(f"ws://127.0.0.1:{address.port}/api/events") as stream:
+    async with stream_at(f"ws://127.0.0.1:{address.port}/api/events") as stream:
         await stream.recv()
         with pytest.raises(ConnectionClosed):
             await _send_without_end(stream)
@@ -205,14 +205,14 @@ async def test_a_connection_without_a_request_is_closed(
 
 async def test_observers_follow_the_events_so_many_times_and_operators_as_they_like(address: ServerAddress) -> None:
     url = f"ws://127.0.0.1:{address.port}/api/events"
-    async with contextlib.AsyncExitStack() as stack, httpx.AsyncClient(base_url=address.url) as client:
+    async with contextlib.AsyncExitStack() as stack, client_at(address.url) as client:
         for _ in range(FOLLOWERS_PER_PEER):
-            await stack.enter_async_context(connect(url))
+            await stack.enter_async_context(stream_at(url))
         with pytest.raises(InvalidStatus):
-            await connect(url)
+            await stream_at(url)
         await client.post("/api/session", json={"code": CODE, "name": "Ada"})
         cookie = "; ".join(f"{name}={value}" for name, value in client.cookies.items())
-        await stack.enter_async_context(connect(url, additional_headers={"Cookie": cookie}))
+        await stack.enter_async_context(stream_at(url, additional_headers={"Cookie": cookie}))
 
 
 async def test_an_operator_is_heard_when_the_requests_of_their_address_are_used_up() -> None:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import socket
 
-import httpx
 import pytest
 
 from aos_gcs.api.access.guess_throttle import FREE_GUESSES
 from aos_gcs.api.server import listen, serve
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import LinkError
-from tests.fakes.app import app_of
+from tests.fakes.app import app_of, client_at
 from tests.fakes.mission import ScriptedMission
 
 
@@ -31,7 +30,7 @@ def test_a_port_in_use_is_refused_with_the_remedy() -> None:
 
 async def test_addresses_that_a_client_claims_are_not_believed() -> None:
     app = app_of(ScriptedMission(LoopClock()), operator_code="larch-and-spruce")
-    async with serve(app, port=0) as address, httpx.AsyncClient(base_url=address.url) as client:
+    async with serve(app, port=0) as address, client_at(address.url) as client:
         for number in range(FREE_GUESSES + 2):
             headers = {"X-Forwarded-For": f"10.0.0.{number}"}
             answer = await client.post("/api/session", json={"code": "guess", "name": "x"}, headers=headers)

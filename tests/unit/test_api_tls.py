@@ -15,7 +15,6 @@ import httpx
 import ifaddr
 import numpy as np
 import pytest
-import websockets
 from cryptography import x509
 
 from aos_gcs.api.access.proxies import TrustedProxies
@@ -27,7 +26,7 @@ from aos_gcs.clock import LoopClock
 from aos_gcs.config.model import ApiConfig
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.runtime.encryption import address_for_phones, qr_text, tls_files, with_certificate
-from tests.fakes.app import app_of
+from tests.fakes.app import app_of, client_at, stream_at
 from tests.fakes.mission import ScriptedMission
 
 CODE = "larch-and-spruce"
@@ -55,17 +54,17 @@ async def test_pages_and_event_stream_are_encrypted_and_the_cookie_stays_so(
 ) -> None:
     assert address.url.startswith("https://")
     context = trusting(files)
-    async with httpx.AsyncClient(verify=context, base_url=address.url) as client:
+    async with client_at(address.url, verify=context) as client:
         signed_in = await client.post("/api/session", json={"code": CODE, "name": "Ada"})
         assert "secure" in signed_in.headers["set-cookie"].lower()
         assert (await client.get("/api/session")).json()["name"] == "Ada"
-    async with websockets.connect(address.url.replace("https", "wss") + "api/events", ssl=context) as stream:
+    async with stream_at(address.url.replace("https", "wss") + "api/events", ssl=context) as stream:
         assert '"kind":"hello"' in str(await stream.recv())
 
 
 async def test_plain_requests_are_sent_on_and_carry_nothing_out(address: ServerAddress) -> None:
     plain = f"http://127.0.0.1:{address.port}"
-    async with httpx.AsyncClient() as client:
+    async with client_at() as client:
         sent_on = await client.get(f"{plain}/?a=1")
         assert (sent_on.status_code, sent_on.headers["location"]) == (308, f"https://127.0.0.1:{address.port}/?a=1")
         refused = await client.post(f"{plain}/api/session", json={"code": CODE, "name": "Ada"})
@@ -79,7 +78,7 @@ async def test_what_is_no_handshake_harms_nobody(address: ServerAddress, files: 
         writer.write_eof()
         await reader.read()
         writer.close()
-    async with httpx.AsyncClient(verify=trusting(files)) as client:
+    async with client_at(verify=trusting(files)) as client:
         assert (await client.get(f"{address.url}api/session")).status_code == 200
 
 

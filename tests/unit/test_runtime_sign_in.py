@@ -10,6 +10,7 @@ import pytest
 from aos_gcs.api.listener import ServerAddress
 from aos_gcs.config.model import ApiConfig
 from aos_gcs.runtime.sign_in import announce
+from tests.timing import scaled_s
 
 ADDRESS = ServerAddress("127.0.0.1", 8080, is_encrypted=False)
 
@@ -30,13 +31,13 @@ def opened(monkeypatch: pytest.MonkeyPatch) -> queue.Queue[str]:
 
 def test_the_page_is_opened_by_the_operators_address_where_that_has_the_code(opened: queue.Queue[str]) -> None:
     announce(ADDRESS, ApiConfig(open_browser=True), "the-code")
-    assert opened.get(timeout=10.0) == "http://127.0.0.1:8080/#code=the-code"
+    assert opened.get(timeout=scaled_s(30.0)) == "http://127.0.0.1:8080/#code=the-code"
 
 
 @pytest.mark.parametrize("given", [{"operator_code_file": Path("code")}, {"accounts": Path("accounts")}])
 def test_a_code_of_a_file_and_accounts_are_in_no_address(opened: queue.Queue[str], given: dict[str, Path]) -> None:
     announce(ADDRESS, ApiConfig(open_browser=True, **given), "the-code")
-    assert opened.get(timeout=10.0) == "http://127.0.0.1:8080/"
+    assert opened.get(timeout=scaled_s(30.0)) == "http://127.0.0.1:8080/"
 
 
 def test_nothing_is_opened_unless_asked_for_or_without_a_screen(
