@@ -36,7 +36,7 @@ def make_context(**settings: object) -> tuple[DriverContext, list[Notice]]:
 
 
 async def until(condition: Callable[[], bool]) -> None:
-    async with asyncio.timeout(scaled_s(10.0)):
+    async with asyncio.timeout(scaled_s(30.0)):
         while not condition():  # noqa: ASYNC110 - what is awaited is the driver's telemetry
             await asyncio.sleep(0.005)
 

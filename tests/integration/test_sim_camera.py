@@ -46,7 +46,7 @@ PLACE = ("latitude_deg", "longitude_deg", "absolute_altitude_m")
 
 
 async def until(condition: Callable[[], bool]) -> None:
-    async with asyncio.timeout(scaled_s(10.0)):
+    async with asyncio.timeout(scaled_s(30.0)):
         while not condition():  # noqa: ASYNC110 - nothing announces what is waited for
             await asyncio.sleep(0.05)
 

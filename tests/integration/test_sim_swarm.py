@@ -57,7 +57,7 @@ async def test_each_vehicle_has_a_port_of_its_own_and_answers_there():
         port = receiver.getsockname()[1]
         async with SimulatedSwarm(small(f"udpout://{HOST}:{port}"), CheckerboardGround()) as swarm:
             ports: dict[int, set] = {}
-            async with asyncio.timeout(scaled_s(10)):
+            async with asyncio.timeout(scaled_s(30)):
                 while len(ports) < 2:
                     messages, address = await receive(receiver)
                     for message in messages:
@@ -67,7 +67,7 @@ async def test_each_vehicle_has_a_port_of_its_own_and_answers_there():
             arm = mavlink.MAVLink_command_long_message(2, 1, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0, 1, *[0.0] * 6)
             for address in ports[1] | ports[2]:
                 receiver.sendto(packed(arm), address)
-            async with asyncio.timeout(scaled_s(10)):
+            async with asyncio.timeout(scaled_s(30)):
                 while True:
                     messages, _ = await receive(receiver)
                     acks = [m for m in messages if m.get_type() == "COMMAND_ACK"]
@@ -83,7 +83,7 @@ async def test_listening_vehicles_answer_whoever_spoke():
     async with SimulatedSwarm(small(f"udpin://{HOST}:{base}", vehicles=1), CheckerboardGround()):
         with closing(udp_socket()) as receiver:
             receiver.sendto(b"\xfd garbage that is no message" + heartbeat(), (HOST, base))
-            async with asyncio.timeout(scaled_s(10)):
+            async with asyncio.timeout(scaled_s(30)):
                 messages, _ = await receive(receiver)
             assert {message.get_srcSystem() for message in messages} == {1}
 
@@ -102,7 +102,7 @@ async def test_tcp_both_ways():
     port = unused_port(socket.SOCK_STREAM)
     server = await asyncio.start_server(listen, HOST, port)
     async with server, SimulatedSwarm(small(f"tcpout://{HOST}:{port}"), CheckerboardGround()):
-        async with asyncio.timeout(scaled_s(10)):
+        async with asyncio.timeout(scaled_s(30)):
             seen: set[int] = set()
             while len(seen) < 2:
                 seen.add(await heard.get())
@@ -110,7 +110,7 @@ async def test_tcp_both_ways():
     async with SimulatedSwarm(small(f"tcpin://{HOST}:{port}", vehicles=1), CheckerboardGround()):
         reader, writer = await asyncio.open_connection(HOST, port)
         writer.write(heartbeat())
-        async with asyncio.timeout(scaled_s(10)):
+        async with asyncio.timeout(scaled_s(30)):
             assert Parser().feed(await reader.read(4096))[0].get_srcSystem() == 1
         writer.close()
         await writer.wait_closed()

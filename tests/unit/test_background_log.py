@@ -50,7 +50,7 @@ def test_a_terminal_that_stands_still_stops_nobody(terminal: Terminal) -> None:
     with background_log.background_log():
         for number in range(3):
             _log.warning("step %d", number)
-        assert terminal.is_asked.wait(scaled_s(5.0))
+        assert terminal.is_asked.wait(scaled_s(30.0))
         assert terminal.lines == []
         terminal.runs.set()
     assert terminal.lines == ["step 0", "step 1", "step 2"]
@@ -71,7 +71,7 @@ def test_lines_that_find_no_room_are_counted(terminal: Terminal, monkeypatch: py
     handler = BackgroundHandler([terminal])
     records = [logging.LogRecord("flight", logging.INFO, "", 0, f"step {number}", None, None) for number in range(6)]
     handler.emit(records[0])
-    assert terminal.is_asked.wait(scaled_s(5.0))
+    assert terminal.is_asked.wait(scaled_s(30.0))
     for record in records[1:]:
         handler.emit(record)
     terminal.runs.set()

@@ -228,7 +228,7 @@ async def test_a_receiver_gets_the_documented_request() -> None:
 
     async with served(take) as url, delivering(Client(ssl.create_default_context()), f"{url}/hook?a=b") as channel:
         channel.put(seen(shown(FOUND)))
-        async with asyncio.timeout(scaled_s(10.0)):
+        async with asyncio.timeout(scaled_s(30.0)):
             while channel.status.sent < 2:  # noqa: ASYNC110 - nothing announces it
                 await asyncio.sleep(0.01)
     path, headers, body = requests[1]
