@@ -28,6 +28,7 @@ from aos_gcs.runtime.sign_in import operator_secrets
 from tests.fakes.app import OperatorClient, app_of
 from tests.fakes.hand_time import HandTime
 from tests.fakes.mission import ScriptedMission
+from tests.timing import scaled_s
 
 PASSWORD = "larch and spruce"  # noqa: S105 - of the tests
 BASE_URL = "http://127.0.0.1:8080"
@@ -267,7 +268,10 @@ async def test_another_password_ends_all_sessions_but_the_one_that_set_it(app: F
         assert (await sign_in(stolen, "Robin")).status_code == 403
 
 
-async def test_sessions_outlast_a_restart(accounts: AccountFile, time: HandTime, tmp_path: Path) -> None:
+async def test_sessions_outlast_a_restart(
+    accounts: AccountFile, time: HandTime, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("aos_gcs.api.access.operators._WRITTEN_WITHIN_S", scaled_s(30.0))
     file = tmp_path / "operators.json"
     before = Access("code", time, OperatorFile(file), accounts)
 

@@ -18,6 +18,7 @@ from aos_gcs.mission.model.actions import Action
 from tests.fakes.app import OperatorClient, app_of
 from tests.fakes.hand_time import HandTime
 from tests.fakes.mission import ScriptedMission
+from tests.timing import scaled_s
 
 CODE = "larch-and-spruce"
 BASE_URL = "http://127.0.0.1:8080"
@@ -120,7 +121,9 @@ def test_control_that_was_given_up_is_free(control: Control) -> None:
     assert control.ask("Ada") is True
 
 
-async def test_control_outlasts_the_process(tmp_path: Path, time: HandTime) -> None:
+async def test_control_outlasts_the_process(tmp_path: Path, time: HandTime, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("aos_gcs.api.access.operators._WRITTEN_WITHIN_S", scaled_s(30.0))
+
     def start() -> Access:
         return Access(CODE, time, OperatorFile(tmp_path / "operators.json"))
 
