@@ -26,6 +26,7 @@ from aos_gcs.api.events.state import REVISIONS_KEPT, MissionState
 from aos_gcs.api.models.messages import SERVER_MESSAGE
 from aos_gcs.api.models.mission import MissionModel
 from aos_gcs.api.openapi import make_document
+from aos_gcs.api.routers import events
 from aos_gcs.api.routers.events import follow_events
 from aos_gcs.api.server import serve
 from aos_gcs.clock import LoopClock
@@ -291,7 +292,10 @@ async def test_hello_brings_the_state_and_events_follow(mission: ScriptedMission
             assert hello["notices"][0]["utc_s"] == pytest.approx(received[-1]["utc_s"], abs=1.0)
 
 
-async def test_slow_client_does_not_hold_up_the_others(mission: ScriptedMission) -> None:
+async def test_slow_client_does_not_hold_up_the_others(
+    mission: ScriptedMission, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(events, "SEND_TIMEOUT_S", scaled_s(60.0))  # it reads nothing as long as the quick one takes
     message_count = 400
     async with serve(app_of(mission), port=0) as address:
         url = f"ws://127.0.0.1:{address.port}/api/events"
