@@ -38,6 +38,7 @@ def terminal(monkeypatch: pytest.MonkeyPatch) -> Iterator[Terminal]:
     # Whatever ran in this process before may have silenced loggers.
     monkeypatch.setattr(_log, "disabled", False)
     monkeypatch.setattr(logging.root.manager, "disable", logging.NOTSET)
+    monkeypatch.setattr(background_log, "_FAREWELL_S", scaled_s(30.0))
     _log.setLevel(logging.INFO)
     yield terminal
     terminal.runs.set()
