@@ -93,16 +93,18 @@ class ComponentSource:
         return self._newest
 
     async def _takes_interval(self, deadline_s: float) -> bool:
-        """Ask the camera whether it takes images by itself, as for another station."""
-        camera, now_s = self._vehicle.record.camera, self._tools.clock.now_s()
+        """Ask the camera whether it takes images by itself, as for another station, until it answers."""
+        camera, clock = self._vehicle.record.camera, self._tools.clock
         if camera is None:
             return False
+        asked_at_s = clock.now_s()
 
         def is_answered() -> bool:
-            return camera.status is not None and camera.status.heard_at_s > now_s
+            return camera.status is not None and camera.status.heard_at_s > asked_at_s
 
-        request_reports(self._vehicle, camera, None)
-        await self._vehicle.changes.wait_for(is_answered, min(deadline_s, now_s + _ASK_AGAIN_S))
+        while not is_answered() and clock.now_s() < deadline_s:
+            request_reports(self._vehicle, camera, None)
+            await self._vehicle.changes.wait_for(is_answered, min(deadline_s, clock.now_s() + _ASK_AGAIN_S))
         return camera.status is not None and is_answered() and camera.status.takes_interval
 
     def _request(self, component_id: int, message_id: int, index: int) -> None:
