@@ -28,6 +28,13 @@ def test_a_port_in_use_is_refused_with_the_remedy() -> None:
         listen("127.0.0.1", listener.getsockname()[1])
 
 
+async def test_host_that_is_not_ours_is_told() -> None:
+    app = app_of(ScriptedMission(LoopClock()))
+    with pytest.raises(LinkError, match=r"cannot listen on 203\.0\.113\.1 port 0"):
+        async with serve(app, host="203.0.113.1", port=0):
+            pass
+
+
 async def test_addresses_that_a_client_claims_are_not_believed() -> None:
     app = app_of(ScriptedMission(LoopClock()), operator_code="larch-and-spruce")
     async with serve(app, port=0) as address, client_at(address.url) as client:
