@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import os
 import shutil
+import socket
 from collections.abc import AsyncIterator, Callable, Generator
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
@@ -37,6 +38,7 @@ from aos_gcs.runtime.viewer import Viewer
 from tests.browser.pages import TIMEOUT_MS
 from tests.fakes.app import app_of
 from tests.fakes.mission import ScriptedMission
+from tests.fakes.program import unused_port
 from tests.fakes.recording import record
 from tests.fakes.viewed_step import record_viewed_step
 
@@ -224,7 +226,7 @@ class Service:
         self._make_app = make_app
         self._stop = asyncio.Event()
         self._task: asyncio.Task[None] | None = None
-        self._port = 0
+        self._port = unused_port(socket.SOCK_STREAM)
         self._flying: asyncio.Task[None] | None = None
 
     def fly(self) -> None:
@@ -255,7 +257,7 @@ class Service:
 
     async def _serve(self, ready: asyncio.Event) -> None:
         async with serve(self._make_app(self.mission), port=self._port) as address:
-            self.url, self._port = address.url, address.port
+            self.url = address.url
             ready.set()
             await self._stop.wait()
 
