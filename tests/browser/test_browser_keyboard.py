@@ -60,4 +60,5 @@ async def test_a_key_held_on_confirms_once_and_the_focus_comes_back(page: Page, 
         await expect(page.get_by_test_id("confirm")).to_have_count(0)
     await page.keyboard.up(key)
     await expect(page.get_by_test_id("confirm")).to_have_count(0)
+    await expect(page.get_by_test_id("result-1")).to_have_attribute("data-accepted", "true")
     assert service.mission.actions[1:] == [(Action.LAND, None)]
