@@ -43,6 +43,13 @@ async def hold(page: Page, button: str, has_worked: Awaitable[None]) -> None:
     await page.mouse.up()
 
 
+async def press_briefly(page: Page, button: str) -> None:
+    """Press Enter on a button that has to be held, and let go at once: in the page, so that nothing comes between."""
+    strokes = """button => ["keydown", "keyup"].forEach(
+        kind => button.dispatchEvent(new KeyboardEvent(kind, { key: "Enter", bubbles: true, cancelable: true })))"""
+    await page.get_by_test_id(button).evaluate(strokes)
+
+
 async def start_mission(page: Page) -> None:
     """Start from the view Fly and wait until the vehicles have taken off."""
     await page.get_by_test_id("view-fly").click()

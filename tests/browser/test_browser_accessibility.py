@@ -13,7 +13,7 @@ from playwright.async_api import Browser, Page, expect
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.ports import Severity
 from tests.browser.conftest import WITHOUT_WEBGL, Service, unavailable
-from tests.browser.pages import VIEWS, open_page
+from tests.browser.pages import VIEWS, open_page, press_briefly
 
 pytestmark = pytest.mark.asyncio(loop_scope="session")
 
@@ -127,7 +127,7 @@ async def test_a_mission_is_launched_by_keyboard_alone(page: Page, service) -> N
         await page.keyboard.press("Tab")
         if await page.evaluate("document.activeElement.dataset.testid") == "launch":
             break
-    await page.keyboard.press("Enter")  # too short
+    await press_briefly(page, "launch")
     assert service.mission.actions == []
     await page.keyboard.down("Enter")
     await expect(page.get_by_test_id("phase")).not_to_have_text("Ready")

@@ -16,6 +16,7 @@ from tests.browser.pages import (
     confirm,
     open_page,
     place_m,
+    press_briefly,
     sign_in,
     start_mission,
     wait_for_visibility,
@@ -162,7 +163,7 @@ async def test_hold_never_asks_and_return_is_confirmed(page, service) -> None:
 
     await page.get_by_test_id("action-return").click()
     await expect(page.get_by_test_id("confirm")).to_contain_text("Return all 8?")
-    await page.get_by_test_id("confirm-ok").click()  # too short
+    await press_briefly(page, "confirm-ok")
     await page.get_by_test_id("confirm-cancel").click()
     await expect(page.get_by_test_id("confirm")).to_have_count(0)
     assert [action for action, _ in service.mission.actions] == [Action.START, Action.HOLD]
