@@ -14,7 +14,7 @@ from playwright.async_api import Browser, Page, expect
 from aos_gcs.mission.model.events import EventKind, NoticeRecord
 from aos_gcs.store.reader import MissionReader
 from tests.browser.conftest import WITHOUT_WEBGL, new_page
-from tests.browser.pages import open_page
+from tests.browser.pages import open_page, wait_for
 from tests.browser.station import FLIGHT_MS, Station, launch, sign_in_as_operator
 from tests.fakes.program import Program
 
@@ -103,7 +103,7 @@ async def see_a_lost_vehicle(page: Page, last_step: int) -> None:
     alert = page.get_by_test_id("alert-bar")
     await expect(alert).to_have_attribute("data-severity", "critical")
     await expect(alert).to_contain_text("Vehicle 3: link lost")
-    assert str(CRITICAL_TONES_HZ)[1:-1] in str(await page.evaluate("window.tones"))
+    await wait_for(page, "tones => window.tones.join().includes(tones.join())", CRITICAL_TONES_HZ)
 
     await wait_for_step(page, last_step + 2)
     await expect(page.get_by_test_id("vehicle-1")).to_have_attribute("data-stale", "false")
