@@ -57,7 +57,9 @@ async def test_a_name_and_enter_lead_to_the_launch_by_keyboard(opened: Page, gua
     await expect(opened.get_by_test_id("operator")).to_have_text("Ada")
     await expect(opened.get_by_role("group", name="Launch")).to_be_focused()
     assert guarded_service.mission.actions == [], "the key that has signed in launches nothing"
+    await expect(opened.get_by_test_id("launch")).to_be_enabled()
     await opened.keyboard.press("Tab")
+    await expect(opened.get_by_test_id("launch")).to_be_focused()
     await opened.keyboard.down("Enter")
     await expect(opened.get_by_test_id("phase")).not_to_have_text("Ready")
     await opened.keyboard.up("Enter")
