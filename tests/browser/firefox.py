@@ -36,6 +36,20 @@ _PREFERENCES = {
     "toolkit.telemetry.enabled": False,
 }
 """Nothing is asked of the internet."""
+_STILL_PLACE = """async find => {
+    for (let before = null, frame = 0; frame < 10; frame++) {
+        const element = find();
+        if (!element || element.disabled) return null;
+        element.scrollIntoView({ block: "nearest" });
+        const { x, y, width, height } = element.getBoundingClientRect();
+        const place = [Math.round(x + width / 2), Math.round(y + height / 2)];
+        if (`${place}` === before && element.contains(document.elementFromPoint(...place))) return place;
+        before = `${place}`;
+        await new Promise(requestAnimationFrame);
+    }
+    return null;
+}"""
+"""Returns the middle of an element once a press would meet it: it is there, stands still, and nothing lies above it."""
 
 
 class FirefoxError(AssertionError):
@@ -77,14 +91,15 @@ class Firefox:
             raise FirefoxError(answer["exceptionDetails"]["text"])
         return json.loads(answer["result"]["value"])
 
-    async def until(self, expression: str) -> None:
-        """Wait until an expression is true."""
+    async def until(self, expression: str) -> Any:
+        """Wait until an expression is true, and return its value."""
         deadline_s = asyncio.get_running_loop().time() + TIMEOUT_S
-        while not await self.evaluate(expression):
+        while not (value := await self.evaluate(expression)):
             if asyncio.get_running_loop().time() > deadline_s:
                 text = await self.evaluate("document.body.innerText")
                 raise FirefoxError(f"not within {TIMEOUT_S:.0f} s: {expression}\n{self.errors}\n{text}")
             await asyncio.sleep(0.1)
+        return value
 
     async def until_text(self, test_id: str, text: str) -> None:
         """Wait until an element contains a text."""
@@ -92,16 +107,8 @@ class Firefox:
 
     async def press(self, test_id: str, *, hold: str | None = None) -> None:
         """Click an element with the mouse, or keep the button pressed until an expression is true."""
-        # A window is in the document a moment before it is shown: without a box, the press would go to the corner.
-        await self.until(
-            f"{_element(test_id)} && !{_element(test_id)}.disabled && {_element(test_id)}.getClientRects().length"
-        )
-        point = await self.evaluate(
-            f"(() => {{ const e = {_element(test_id)}; e.scrollIntoView({{block: 'nearest'}});"
-            " const b = e.getBoundingClientRect();"
-            " return [Math.round(b.x + b.width / 2), Math.round(b.y + b.height / 2)]; })()"
-        )
-        await self.press_at(point[0], point[1], hold=hold)
+        x_px, y_px = await self.until(f"({_STILL_PLACE})(() => {_element(test_id)})")
+        await self.press_at(x_px, y_px, hold=hold)
 
     async def press_at(self, x_px: int, y_px: int, *, hold: str | None = None) -> None:
         """Click a place of the page."""
