@@ -23,7 +23,7 @@ from aos_gcs.api.convert.mission import MissionConverter
 from aos_gcs.api.events.hub import EVENTS_KEPT, EventHub
 from aos_gcs.api.events.outbox import Outbox
 from aos_gcs.api.events.state import REVISIONS_KEPT, MissionState
-from aos_gcs.api.models.messages import SERVER_MESSAGE
+from aos_gcs.api.models.messages import SERVER_MESSAGE, MissedEventsModel
 from aos_gcs.api.models.mission import MissionModel
 from aos_gcs.api.openapi import make_document
 from aos_gcs.api.routers import events
@@ -53,6 +53,10 @@ async def receive(websocket: ClientConnection) -> dict[str, Any]:
         message: dict[str, Any] = json.loads(text)
         if message["kind"] != "heartbeat":
             return message
+
+
+def missed(hub: EventHub, after: int) -> MissedEventsModel:
+    return MissedEventsModel.model_validate_json(hub.missed_text(after))
 
 
 def no_age() -> float:
@@ -199,7 +203,7 @@ async def test_events_lost_before_the_hub_bring_the_whole_state(mission: Scripte
             mission.notify(Severity.INFO, f"notice {number}")
         await outbox.take()
         assert json.loads(outbox.heartbeat())["seq"] > 2, "the client must see that something is missing"
-        assert hub.missed(1).hello is not None
+        assert missed(hub, 1).hello is not None
     running.cancel()
 
 
@@ -207,11 +211,11 @@ async def test_a_client_that_was_away_fetches_what_it_has_missed(mission: Script
     async with serve(app_of(mission), port=0) as address, client_at(address.url) as client:
         for number in range(5):
             mission.notify(Severity.INFO, f"notice {number}")
-        while (missed := (await client.get("/api/events", params={"after": 3})).json())["seq"] < 5:
+        while (back := (await client.get("/api/events", params={"after": 3})).json())["seq"] < 5:
             pass  # the events are on their way
-        assert [event["notice"]["text"] for event in missed["events"]] == ["notice 3", "notice 4"]
-        assert [event["seq"] for event in missed["events"]] == [4, 5]
-        assert (missed["seq"], missed["hello"], missed["mission_id"]) == (5, None, "scripted-1")
+        assert [event["notice"]["text"] for event in back["events"]] == ["notice 3", "notice 4"]
+        assert [event["seq"] for event in back["events"]] == [4, 5]
+        assert (back["seq"], back["hello"], back["mission_id"]) == (5, None, "scripted-1")
         assert (await client.get("/api/events", params={"after": 5})).json()["events"] == []
         from_elsewhere = (await client.get("/api/events", params={"after": 99})).json()
         assert from_elsewhere["hello"]["seq"] == 5
@@ -232,10 +236,12 @@ async def test_whoever_comes_back_gets_exactly_what_it_has_missed(mission: Scrip
             await asyncio.sleep(0)
         async with stream_at(url) as websocket:
             again = await receive(websocket)
-        missed = (await client.get("/api/events", params={"after": seq})).json()
-    assert [event["notice"]["text"] for event in missed["events"]] == [f"missed {number}" for number in range(away)]
-    assert [event["seq"] for event in missed["events"]] == list(range(seq + 1, again["seq"] + 1))
-    assert (missed["hello"], missed["mission_id"]) == (None, hello["mission"]["mission_id"])
+        answer = await client.get("/api/events", params={"after": seq})
+    MissedEventsModel.model_validate_json(answer.text)
+    back = answer.json()
+    assert [event["notice"]["text"] for event in back["events"]] == [f"missed {number}" for number in range(away)]
+    assert [event["seq"] for event in back["events"]] == list(range(seq + 1, again["seq"] + 1))
+    assert (back["hello"], back["mission_id"]) == (None, hello["mission"]["mission_id"])
 
 
 @pytest.mark.looptime
@@ -247,8 +253,8 @@ async def test_after_a_gap_beyond_the_store_the_whole_state_comes(mission: Scrip
         mission.notify(Severity.INFO, f"notice {number}")
         await asyncio.sleep(0)
     await asyncio.sleep(0.01)
-    assert hub.missed(0).hello is not None
-    assert len(hub.missed(1).events) == EVENTS_KEPT
+    assert missed(hub, 0).hello is not None
+    assert len(missed(hub, 1).events) == EVENTS_KEPT
     running.cancel()
 
 
@@ -278,8 +284,8 @@ async def test_hello_brings_the_state_and_events_follow(mission: ScriptedMission
     async with serve(app_of(mission), port=0) as address:
         async with stream_at(f"ws://127.0.0.1:{address.port}/api/events") as websocket:
             hello = await receive(websocket)
-            assert (hello["kind"], hello["seq"], hello["schema_version"]) == ("hello", 0, 4)
-            assert [step["step"] for step in hello["steps"]] == [1]
+            assert (hello["kind"], hello["seq"], hello["schema_version"]) == ("hello", 0, 5)
+            assert [step["step"] for step in hello["steps"]] == [hello["latest_step"]["step"]] == [1]
             assert {picture["kind"] for picture in hello["pictures"]} == set(PictureKind)
             mission.make_step()
             mission.notify(Severity.WARNING, "wind", 2)
@@ -290,6 +296,16 @@ async def test_hello_brings_the_state_and_events_follow(mission: ScriptedMission
             hello = await receive(websocket)
             assert [one["text"] for one in hello["notices"]] == ["wind"]
             assert hello["notices"][0]["utc_s"] == pytest.approx(received[-1]["utc_s"], abs=1.0)
+
+
+async def test_a_step_with_all_its_waypoints_is_greeted_with_once(mission: ScriptedMission) -> None:
+    for _ in range(3):
+        mission.make_step()
+    hello = EventHub(mission).hello()
+    assert [step.step for step in hello.steps] == [1, 2, 3]
+    assert not {"fitness", "missing", "target", "waypoints"} & set(hello.model_dump()["steps"][-1])
+    assert hello.latest_step is not None
+    assert len(hello.latest_step.waypoints) == len(mission.snapshot().vehicles)
 
 
 async def test_slow_client_does_not_hold_up_the_others(

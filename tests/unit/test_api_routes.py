@@ -11,6 +11,7 @@ import pytest
 
 from aos_gcs.api.convert.findings import target
 from aos_gcs.api.errors import status_and_id
+from aos_gcs.api.events import hub
 from aos_gcs.api.models.base import ErrorModel
 from aos_gcs.api.models.mission import MissionModel
 from aos_gcs.api.models.preflight import PreflightCheckModel
@@ -93,6 +94,20 @@ async def test_steps_are_listed_oldest_first(client: httpx.AsyncClient, mission:
     listed = [StepModel.model_validate(step) for step in (await client.get("/api/mission/steps")).json()]
     assert [step.step for step in listed] == [1, 2]
     assert listed[1].missing[0].vehicle_id == SILENT_ID
+    after = (await client.get("/api/mission/steps", params={"after": 1})).json()
+    assert [step["step"] for step in after] == [2]
+    assert (await client.get("/api/mission/steps", params={"after": -1})).status_code == 422
+
+
+async def test_steps_of_hours_come_in_parts(
+    client: httpx.AsyncClient, mission: ScriptedMission, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(hub, "STEPS_PER_ANSWER", 3)
+    for _ in range(5):
+        mission.make_step()
+    first = (await client.get("/api/mission/steps")).json()
+    rest = (await client.get("/api/mission/steps", params={"after": first[-1]["step"]})).json()
+    assert [[step["step"] for step in part] for part in (first, rest)] == [[1, 2, 3], [4, 5]]
 
 
 @pytest.mark.parametrize("kind", PictureKind)

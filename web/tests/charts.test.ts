@@ -1,7 +1,7 @@
 import { describe, expect, test } from "vitest";
 import { extendSamples, type Sample } from "../src/state/samples";
 import { coverageChart, linkChart, linksToShow, stepCharts, timeRange } from "../src/views/understand/charts";
-import { mission, step, vehicle } from "./samples";
+import { figures, mission, vehicle } from "./samples";
 
 const link = (round_trip_ms: number) => ({
   address: "",
@@ -13,9 +13,9 @@ const link = (round_trip_ms: number) => ({
 
 test("charts of steps keep unknown values as gaps", () => {
   const [visibility, swarm, state] = stepCharts([
-    step(1, { visibility_m2: null }),
-    step(2, { evolutionary_factor: 0.4, evolutionary_state: "exploitation" }),
-    step(3, { evolutionary_state: "a state of the future" }),
+    figures(1, { visibility_m2: null }),
+    figures(2, { evolutionary_factor: 0.4, evolutionary_state: "exploitation" }),
+    figures(3, { evolutionary_state: "a state of the future" }),
   ]);
   expect(visibility?.elapsed_s).toEqual([2, 4, 6]);
   expect(visibility?.series[0]?.values).toEqual([null, 0.2, 0.3].map((value) => value && expect.closeTo(value)));
@@ -74,10 +74,10 @@ test("the links that are shown are those selected, else the worst", () => {
 });
 
 test("all charts show the same time", () => {
-  const charts = [...stepCharts([step(5), step(300)]), linkChart([], "age_s", [])];
+  const charts = [...stepCharts([figures(5), figures(300)]), linkChart([], "age_s", [])];
   expect(timeRange(charts, null)).toEqual([10, 600]);
   expect(timeRange(charts, 60)).toEqual([540, 600]);
   expect(timeRange(charts, 3600)).toEqual([10, 600]);
-  expect(timeRange(stepCharts([step(5)]), 60)).toEqual([10, 11]);
+  expect(timeRange(stepCharts([figures(5)]), 60)).toEqual([10, 11]);
   expect(timeRange([linkChart([], "age_s", [])], null)).toBeNull();
 });

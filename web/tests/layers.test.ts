@@ -35,7 +35,7 @@ test("data goes to the map only when its own part of the scene has changed, and 
   const flownOn = { ...flown, trails: new Map([[1, [[0, 0] as const, [5, 0] as const, [6, 0] as const]]]) };
   layer.update(scene({ state: flown }));
   vi.advanceTimersByTime(5000);
-  layer.update(scene({ state: { ...flown, steps: [step(1)] }, snapshotAge_s: 3 }));
+  layer.update(scene({ state: { ...flown, latestStep: step(1) }, snapshotAge_s: 3 }));
   expect(changes()).toBe(1);
   layer.update(scene({ state: flownOn }));
   layer.update(scene({ state: flown }));
@@ -199,7 +199,7 @@ test("refused waypoints carry the reason, sent ones a path", () => {
   });
   const shown = scene({
     mission: mission({ vehicles: [vehicle(1, { waypoint: position(5, 5) }), vehicle(2)] }),
-    state: { ...INITIAL_STATE, steps: [refused] },
+    state: { ...INITIAL_STATE, latestStep: refused },
   });
   const features = drawn(waypointsLayer, shown);
   expect(features.map((feature) => feature.properties?.["role"])).toEqual(["sent", "path", "refused"]);

@@ -215,8 +215,9 @@ describe("the last state", () => {
 });
 
 describe("a restored state", () => {
-  const { capabilities, steps, notices } = INITIAL_STATE;
-  const kept: KeptState = { build: "b1", validAtMs: CLOCK_MS, mission: mission(), capabilities, steps, notices };
+  const { capabilities, steps, latestStep, notices } = INITIAL_STATE;
+  const told = { capabilities, steps, latestStep, notices };
+  const kept: KeptState = { build: "b1", validAtMs: CLOCK_MS, mission: mission(), ...told };
   const lost = { ...INITIAL_STATE, connection: "lost" as const };
 
   test("is as old as the clock says, and unknown after a clock was set back", () => {
@@ -229,8 +230,8 @@ describe("a restored state", () => {
   test("is replaced by the station's, whatever its mission is", () => {
     const hello = {
       kind: "hello",
-      ...{ seq: 1, utc_s: 0, schema_version: 4, mission_age_s: 0, seen: "s" },
-      ...{ capabilities, steps, notices, pictures: [], mission: mission({ mission_id: "m2" }) },
+      ...{ seq: 1, utc_s: 0, schema_version: 5, mission_age_s: 0, seen: "s" },
+      ...{ capabilities, steps, latest_step: null, notices, pictures: [], mission: mission({ mission_id: "m2" }) },
     } as unknown as PageMessage;
     const state = reduce(restore(lost, kept, 5000, CLOCK_MS), hello, 6000);
     expect([state.mission?.mission_id, state.formerMissionId, state.keptAtMs]).toEqual(["m2", null, null]);

@@ -1,5 +1,5 @@
 /** Small valid messages for the tests. */
-import type { Finding, Mission, Notice, Position, Step, Target, Vehicle } from "../src/api/types";
+import type { Finding, Mission, Notice, Position, Step, StepFigures, Target, Vehicle } from "../src/api/types";
 
 export function position(east_m: number, north_m: number, up_m = 30): Position {
   return { east_m, north_m, up_m, latitude_deg: null, longitude_deg: null };
@@ -144,6 +144,10 @@ export function finding(id: number, changes: Partial<Finding> = {}): Finding {
 }
 
 export function step(number: number, changes: Partial<Step> = {}): Step {
+  return { ...figures(number), target: null, fitness: [], missing: [], waypoints: [], ...changes };
+}
+
+export function figures(number: number, changes: Partial<StepFigures> = {}): StepFigures {
   return {
     step: number,
     elapsed_s: 2 * number,
@@ -156,10 +160,6 @@ export function step(number: number, changes: Partial<Step> = {}): Step {
     c_s_m: null,
     c_c_m: null,
     leader_id: null,
-    target: null,
-    fitness: [],
-    missing: [],
-    waypoints: [],
     imaging_ms: 1,
     work_ms: 1,
     loop_lag_p99_ms: 1,

@@ -1,17 +1,18 @@
 import { afterEach, beforeEach, describe, expect, test, vi } from "vitest";
 import { ProtocolError, parseServerMessage } from "../src/api/check";
 import { backoffMs, type Connection, EventSocket, isGap, type PageMessage, type StateOrEvent } from "../src/api/socket";
-import { CAPABILITIES, mission, step } from "./samples";
+import { CAPABILITIES, figures, mission, step } from "./samples";
 
 const HELLO = {
   kind: "hello",
   seq: 1,
-  schema_version: 4,
+  schema_version: 5,
   mission_age_s: 0,
   seen: "m-1/0/0",
   capabilities: CAPABILITIES,
   mission: mission(),
-  steps: [step(1)],
+  steps: [figures(1)],
+  latest_step: step(1),
   notices: [],
   pictures: [],
 } as const;

@@ -3,19 +3,20 @@ import { isSilent, isStale, linkAge_s } from "../src/state/freshness";
 import type { PageMessage } from "../src/api/socket";
 import { INITIAL_STATE, reduce, type State } from "../src/state/state";
 import type { ServerMessage } from "../src/api/types";
-import { CAPABILITIES, mission, notice, position, step, vehicle } from "./samples";
+import { CAPABILITIES, figures, mission, notice, position, step, vehicle } from "./samples";
 
 type Hello = Extract<ServerMessage, { kind: "hello" }>;
 
 const hello = (changes: Partial<Hello> = {}): Hello => ({
   kind: "hello",
   seq: 1,
-  schema_version: 4,
+  schema_version: 5,
   mission_age_s: 0,
   seen: "m-1/0/0",
   capabilities: CAPABILITIES,
   mission: mission(),
-  steps: [step(1)],
+  steps: [figures(1)],
+  latest_step: step(1),
   notices: [],
   pictures: [],
   ...changes,
@@ -99,7 +100,9 @@ describe("reduce", () => {
   test("a step that the hello has brought is not added twice", () => {
     const state = reduce(INITIAL_STATE, hello(), 0);
     expect(reduce(state, { kind: "step", seq: 2, utc_s: 0, step: step(1) }, 0).steps).toHaveLength(1);
-    expect(reduce(state, { kind: "step", seq: 2, utc_s: 0, step: step(2) }, 0).steps).toHaveLength(2);
+    const later = reduce(state, { kind: "step", seq: 2, utc_s: 0, step: step(2) }, 0);
+    expect(later.steps).toEqual([figures(1), figures(2)]);
+    expect(later.latestStep).toEqual(step(2));
   });
 
   test("pictures are kept per kind", () => {

@@ -6,7 +6,14 @@ from collections.abc import Iterable, Sequence
 
 from aos_gcs.airspace.waypoints import WaypointRecord
 from aos_gcs.api.convert.places import finite, optional_position, positions, vertex
-from aos_gcs.api.models.steps import FitnessModel, MissingModel, PictureModel, StepModel, WaypointModel
+from aos_gcs.api.models.steps import (
+    FitnessModel,
+    MissingModel,
+    PictureModel,
+    StepFiguresModel,
+    StepModel,
+    WaypointModel,
+)
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.mission.model.events import PicturesRecord
 from aos_gcs.mission.model.steps import Picture, PictureKind, StepRecord
@@ -15,6 +22,17 @@ from aos_gcs.mission.model.steps import Picture, PictureKind, StepRecord
 def step(record: StepRecord, origin: GeodeticPosition | None) -> StepModel:
     """Convert a step."""
     return StepModel(
+        **dict(step_figures(record)),
+        target=optional_position(record.target_enu_m, origin),
+        fitness=[FitnessModel(vehicle_id=key, fitness=finite(f)) for key, f in sorted(record.fitness.items())],
+        missing=[MissingModel(vehicle_id=key, reason=text) for key, text in sorted(record.missing.items())],
+        waypoints=waypoints(record.waypoints, origin),
+    )
+
+
+def step_figures(record: StepRecord) -> StepFiguresModel:
+    """Convert the figures of a step."""
+    return StepFiguresModel(
         step=record.step,
         elapsed_s=record.elapsed_s,
         phase=record.phase,
@@ -26,10 +44,6 @@ def step(record: StepRecord, origin: GeodeticPosition | None) -> StepModel:
         c_s_m=finite(record.c_s_m),
         c_c_m=finite(record.c_c_m),
         leader_id=record.leader_id,
-        target=optional_position(record.target_enu_m, origin),
-        fitness=[FitnessModel(vehicle_id=key, fitness=finite(f)) for key, f in sorted(record.fitness.items())],
-        missing=[MissingModel(vehicle_id=key, reason=text) for key, text in sorted(record.missing.items())],
-        waypoints=waypoints(record.waypoints, origin),
         imaging_ms=record.imaging_ms,
         work_ms=record.work_ms,
         loop_lag_p99_ms=record.loop_lag_p99_ms,

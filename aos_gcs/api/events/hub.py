@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import asyncio
+import json
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from itertools import islice
 from typing import Protocol
 
 from aos_gcs.api.access.control import Control
@@ -15,6 +17,7 @@ from aos_gcs.api.convert.notices import notice as notice_model
 from aos_gcs.api.convert.seen import seen_text
 from aos_gcs.api.convert.steps import pictures as picture_models
 from aos_gcs.api.convert.steps import step as step_model
+from aos_gcs.api.convert.steps import step_figures
 from aos_gcs.api.events.outbox import Outbox
 from aos_gcs.api.events.state import MissionState
 from aos_gcs.api.models import messages
@@ -22,7 +25,7 @@ from aos_gcs.api.models.messages import SCHEMA_VERSION
 from aos_gcs.api.models.mission import MissionModel
 from aos_gcs.api.models.notices import NoticeModel
 from aos_gcs.api.models.service import CapabilitiesModel
-from aos_gcs.api.models.steps import PictureModel, StepModel
+from aos_gcs.api.models.steps import PictureModel, StepFiguresModel, StepModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.mission.control import MissionView, ReplayControl
 from aos_gcs.mission.model.actions import Seen
@@ -33,7 +36,9 @@ from aos_gcs.mission.model.steps import PictureKind, StepRecord
 from aos_gcs.mission.notices import notices_to_keep
 
 EVENTS_KEPT = 1024
-"""Events kept for clients that reconnect: minutes of a mission."""
+"""Events kept, as texts, for clients that reconnect: minutes of a mission."""
+STEPS_PER_ANSWER = 500
+"""Steps that one request reads: to convert those of hours at once would block the loop."""
 GREETING_KEPT_S = 0.25
 """Time for which many clients that connect at once share one greeting."""
 NO_CAPABILITIES = CapabilitiesModel(
@@ -68,8 +73,8 @@ class Upstream(Protocol):
 class EventHub:
     """The mission's one subscriber on behalf of all clients: everything is converted once for all of them.
 
-    It keeps the notices that matter, so that a reloaded page still shows them, and the latest events, so that a client
-    that reconnects misses none.
+    It keeps the notices that matter, so that a reloaded page still shows them, the figures of all steps, and the latest
+    events, so that a client that reconnects misses none.
 
     Args:
         mission: mission to follow.
@@ -94,8 +99,9 @@ class EventHub:
         self._state = MissionState()
         self._notices: list[NoticeModel] = []
         self._acknowledged_ids: frozenset[int] = frozenset()
-        self._events: deque[messages.EventMessage] = deque(maxlen=EVENTS_KEPT)
-        self._steps: dict[int, StepModel] = {}
+        self._events: deque[tuple[int, str]] = deque(maxlen=EVENTS_KEPT)
+        """Number and text of the latest events."""
+        self._figures: dict[int, StepFiguresModel] = {}
         self._seq = 0
         self._capabilities = capabilities
         self._now_s = now_s
@@ -144,6 +150,7 @@ class EventHub:
 
     def hello(self) -> messages.HelloMessage:
         """Return the state that a client needs before its first event."""
+        records = self._mission.steps()
         return messages.HelloMessage(
             seq=self._seq,
             schema_version=SCHEMA_VERSION,
@@ -151,7 +158,8 @@ class EventHub:
             seen=self.seen(),
             capabilities=self._capabilities,
             mission=self.mission(),
-            steps=self.steps(),
+            steps=[self._figures_of(record) for record in records],
+            latest_step=self._step(records[-1]) if records else None,
             notices=list(self._notices),
             pictures=self._pictures(),
         )
@@ -183,19 +191,22 @@ class EventHub:
             return 0.0
         return round(self._now_s() - self._heard_at_s, 1)
 
-    def steps(self) -> list[StepModel]:
-        """Return all steps so far, oldest first."""
-        return [self._step(record) for record in self._mission.steps()]
+    def steps(self, after: int) -> list[StepModel]:
+        """Return the first ``STEPS_PER_ANSWER`` steps after a number, oldest first."""
+        later = (record for record in self._mission.steps() if record.step > after)
+        return [self._step(record) for record in islice(later, STEPS_PER_ANSWER)]
 
-    def missed(self, after: int) -> messages.MissedEventsModel:
-        """Return the events after a number; where some of them are no longer kept, the whole state."""
-        found = [event for event in self._events if event.seq > after]
+    def missed_text(self, after: int) -> str:
+        """Return the events after a number, as JSON of a ``MissedEventsModel``.
+
+        Where some of them are no longer kept it has the whole state.
+        """
+        found = [text for seq, text in self._events if seq > after]
         complete = len(found) == self._seq - after
-        hello = None if complete else self.hello()
-        mission_id = self._mission.snapshot().mission_id
-        return messages.MissedEventsModel(
-            mission_id=mission_id, seq=self._seq, events=found if complete else [], hello=hello
-        )
+        hello = "null" if complete else self.hello().model_dump_json()
+        mission_id = json.dumps(self._mission.snapshot().mission_id)
+        events = ",".join(found) if complete else ""
+        return f'{{"mission_id":{mission_id},"seq":{self._seq},"events":[{events}],"hello":{hello}}}'
 
     def _hello_text(self) -> tuple[int, str]:
         now_s = self._now_s()
@@ -228,8 +239,8 @@ class EventHub:
             self._start_over(event.data)
             return
         message = self._convert(event)
-        self._events.append(message)
-        text = message.model_dump_json() if self._outboxes else ""
+        text = message.model_dump_json()
+        self._events.append((message.seq, text))
         for outbox in self._outboxes:
             outbox.put(message.seq, text)
 
@@ -240,7 +251,7 @@ class EventHub:
         self._notices = list(map(notice_model, jump.notices))
         self._events.clear()
         # A replay may show another mission now.
-        self._steps.clear()
+        self._figures.clear()
         self._known_origin = None
         for outbox in self._outboxes:
             outbox.start_over()
@@ -252,11 +263,14 @@ class EventHub:
         shown = None if self._control is None else control(self._control.state())
         return self._converter.convert(snapshot, replay, shown, is_survey=self._capabilities.survey)
 
+    def _figures_of(self, record: StepRecord) -> StepFiguresModel:
+        """Convert a step's figures, once: doing it for a whole mission when a client connects would block the loop."""
+        if record.step not in self._figures:
+            self._figures[record.step] = step_figures(record)
+        return self._figures[record.step]
+
     def _step(self, record: StepRecord) -> StepModel:
-        """Convert a step, once: doing it for a whole mission when a client connects would block the loop."""
-        if record.step not in self._steps:
-            self._steps[record.step] = step_model(record, self._origin())
-        return self._steps[record.step]
+        return step_model(record, self._origin())
 
     def _origin(self) -> GeodeticPosition | None:
         """Return the mission's origin, which never moves: a snapshot of a large fleet just for it would be costly."""

@@ -22,9 +22,9 @@ from aos_gcs.api.models.mission import ActionResponse, MissionModel
 from aos_gcs.api.models.notices import NoticeModel
 from aos_gcs.api.models.preflight import PreflightCheckModel
 from aos_gcs.api.models.service import CapabilitiesModel
-from aos_gcs.api.models.steps import PictureModel, StepModel
+from aos_gcs.api.models.steps import PictureModel, StepFiguresModel, StepModel
 
-SCHEMA_VERSION = 4
+SCHEMA_VERSION = 5
 """Raised when a client written for the earlier number would misread a message."""
 SEEN = "State that this message shows: a command that was given by it carries this text in its header X-Seen."
 MISSION_AGE = "Seconds since the mission's last sign of life; 0 in a replay, where time may stand still."
@@ -40,7 +40,8 @@ class HelloMessage(WireModel):
     seen: str = Field(description=SEEN)
     capabilities: CapabilitiesModel
     mission: MissionModel
-    steps: list[StepModel]
+    steps: list[StepFiguresModel] = Field(description="Figures of all steps so far, oldest first.")
+    latest_step: StepModel | None = Field(description="The latest of them as a whole; null before the first one.")
     notices: list[NoticeModel]
     pictures: list[PictureModel]
 

@@ -36,8 +36,8 @@ class WaypointModel(WireModel):
     reason: str
 
 
-class StepModel(WireModel):
-    """One step: what was seen, what was decided."""
+class StepFiguresModel(WireModel):
+    """What a step says of the search as a whole, of the same size for any number of vehicles."""
 
     step: int
     elapsed_s: float
@@ -50,13 +50,18 @@ class StepModel(WireModel):
     c_s_m: float | None
     c_c_m: float | None
     leader_id: int | None
+    imaging_ms: float
+    work_ms: float
+    loop_lag_p99_ms: float
+
+
+class StepModel(StepFiguresModel):
+    """One step: what was seen, what was decided."""
+
     target: PositionModel | None
     fitness: list[FitnessModel]
     missing: list[MissingModel]
     waypoints: list[WaypointModel]
-    imaging_ms: float
-    work_ms: float
-    loop_lag_p99_ms: float
 
 
 class PictureModel(WireModel):

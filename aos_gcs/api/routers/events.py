@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from typing import Annotated, Final, NoReturn
 
-from fastapi import APIRouter, Query, WebSocket, WebSocketDisconnect
+from fastapi import APIRouter, Query, Response, WebSocket, WebSocketDisconnect
 from pydantic import ValidationError
 
 from aos_gcs.api.access.control import Control
@@ -37,10 +37,10 @@ _GONE: Final = 1006
 """Code of connections that have ended without a word."""
 
 
-@router.get("/api/events")
-async def read_missed_events(after: Annotated[int, Query(ge=0)], hub: Hub) -> MissedEventsModel:
+@router.get("/api/events", response_model=MissedEventsModel)
+async def read_missed_events(after: Annotated[int, Query(ge=0)], hub: Hub) -> Response:
     """Return the events after a number, for a client that was away; if that is too long ago, the whole state."""
-    return hub.missed(after)
+    return Response(hub.missed_text(after), media_type="application/json")
 
 
 @router.websocket("/api/events")

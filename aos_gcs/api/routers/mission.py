@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Header, Response
+from fastapi import APIRouter, Header, Query, Response
 
 from aos_gcs.api.convert.mission import action_results
 from aos_gcs.api.convert.preflight import preflight_check
@@ -44,9 +44,9 @@ async def read_mission(hub: Hub, response: Response) -> MissionModel:
 
 
 @router.get("/mission/steps")
-async def read_steps(hub: Hub) -> list[StepModel]:
-    """Return all steps so far, oldest first."""
-    return hub.steps()
+async def read_steps(hub: Hub, after: Annotated[int, Query(ge=0)] = 0) -> list[StepModel]:
+    """Return the steps after a number, oldest first, at most 500; then ask for those after the last one."""
+    return hub.steps(after)
 
 
 @router.get(

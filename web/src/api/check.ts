@@ -1,7 +1,7 @@
 /** Runtime check of messages: text in, typed message out, or an error that names the problem. */
 import type { MissedEvents, Mission, ServerMessage } from "./types";
 
-const SCHEMA_VERSION = 4;
+const SCHEMA_VERSION = 5;
 
 /** A message that this page cannot understand. */
 export class ProtocolError extends Error {}
@@ -61,11 +61,14 @@ const mission = shape({
   acknowledgements: listOf(shape({ notice_id: isNumber, operator: isString, utc_s: isNumber })),
   allowed_actions: listOf(isString),
 });
-const step = shape({
+const FIGURES = {
   step: isNumber,
   elapsed_s: isNumber,
   visibility_m2: orNull(isNumber),
   threshold_m2: orNull(isNumber),
+};
+const step = shape({
+  ...FIGURES,
   waypoints: listOf(shape({ vehicle_id: isNumber, requested: position, verdict: isString })),
 });
 const notice = shape({ severity: isString, notice_id: isNumber, text: isString, elapsed_s: isNumber, utc_s: isNumber });
@@ -88,7 +91,8 @@ const FIELDS: Record<Kind, Record<string, Check>> = {
     schema_version: isNumber,
     capabilities,
     mission,
-    steps: listOf(step),
+    steps: listOf(shape(FIGURES)),
+    latest_step: orNull(step),
     notices: listOf(notice),
     pictures: listOf(picture),
   },

@@ -481,7 +481,7 @@ export interface paths {
     };
     /**
      * Read Steps
-     * @description Return all steps so far, oldest first.
+     * @description Return the steps after a number, oldest first, at most 500: the next request asks for those after the last one.
      */
     get: operations["read_steps_api_mission_steps_get"];
     put?: never;
@@ -1766,6 +1766,8 @@ export interface components {
        * @enum {string}
        */
       kind: "hello";
+      /** @description The latest of them as a whole; null before the first one. */
+      latest_step: components["schemas"]["StepModel"] | null;
       mission: components["schemas"]["MissionModel"];
       /**
        * Mission Age S
@@ -1785,8 +1787,11 @@ export interface components {
       seen: string;
       /** Seq */
       seq: number;
-      /** Steps */
-      steps: components["schemas"]["StepModel"][];
+      /**
+       * Steps
+       * @description Figures of all steps so far, oldest first.
+       */
+      steps: components["schemas"]["StepFiguresModel"][];
     };
     /** HTTPValidationError */
     HTTPValidationError: {
@@ -3001,6 +3006,39 @@ export interface components {
       start_utc_s: number;
       /** Steps */
       steps: number;
+    };
+    /**
+     * StepFiguresModel
+     * @description What a step says of the search as a whole, of the same size for any number of vehicles.
+     */
+    StepFiguresModel: {
+      /** Branch */
+      branch: string;
+      /** C C M */
+      c_c_m: number | null;
+      /** C S M */
+      c_s_m: number | null;
+      /** Elapsed S */
+      elapsed_s: number;
+      /** Evolutionary Factor */
+      evolutionary_factor: number | null;
+      /** Evolutionary State */
+      evolutionary_state: string | null;
+      /** Imaging Ms */
+      imaging_ms: number;
+      /** Leader Id */
+      leader_id: number | null;
+      /** Loop Lag P99 Ms */
+      loop_lag_p99_ms: number;
+      phase: components["schemas"]["Phase"];
+      /** Step */
+      step: number;
+      /** Threshold M2 */
+      threshold_m2: number | null;
+      /** Visibility M2 */
+      visibility_m2: number | null;
+      /** Work Ms */
+      work_ms: number;
     };
     /**
      * StepMessage
@@ -4796,7 +4834,9 @@ export interface operations {
   };
   read_steps_api_mission_steps_get: {
     parameters: {
-      query?: never;
+      query?: {
+        after?: number;
+      };
       header?: never;
       path?: never;
       cookie?: never;
@@ -4810,6 +4850,15 @@ export interface operations {
         };
         content: {
           "application/json": components["schemas"]["StepModel"][];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
         };
       };
     };

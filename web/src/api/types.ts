@@ -14,6 +14,8 @@ export type Vertex = Schemas["VertexModel"];
 export type Geodetic = Schemas["GeodeticModel"];
 export type Target = Schemas["TargetModel"];
 export type Step = Schemas["StepModel"];
+/** What a step says of the search as a whole. */
+export type StepFigures = Schemas["StepFiguresModel"];
 export type Notice = Schemas["NoticeModel"];
 export type Picture = Schemas["PictureModel"];
 export type PictureKind = Schemas["PictureKind"];

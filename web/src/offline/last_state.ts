@@ -7,7 +7,7 @@
 import type { State } from "../state/state";
 
 /** What is kept of a state: values and texts, no images, which are large. */
-export type KeptState = Pick<State, "mission" | "capabilities" | "steps" | "notices"> & {
+export type KeptState = Pick<State, "mission" | "capabilities" | "steps" | "latestStep" | "notices"> & {
   readonly build: string;
   /** Clock time of this browser at which the state was valid, in milliseconds since 1970. */
   readonly validAtMs: number;
@@ -55,12 +55,13 @@ export class LastState {
     const { mission, missionAtMs, connection } = state;
     if (!this.isAdmitted || this.isBusy || connection !== "open" || mission === null || mission.replay !== null) return;
     if (missionAtMs === this.savedMissionAtMs || this.nowMs() - this.savedAtMs < SAVE_INTERVAL_MS) return;
-    const { capabilities, steps, notices } = state;
+    const { capabilities, steps, latestStep, notices } = state;
     const validAtMs = this.clockMs() - (this.nowMs() - missionAtMs);
     this.savedAtMs = this.nowMs();
     this.savedMissionAtMs = missionAtMs;
     this.isBusy = true;
-    await this.attempt(() => this.shelf.put({ build: this.build, validAtMs, mission, capabilities, steps, notices }));
+    const kept = { build: this.build, validAtMs, mission, capabilities, steps, latestStep, notices };
+    await this.attempt(() => this.shelf.put(kept));
     this.isBusy = false;
     // Somebody has signed out while it was written.
     if (!this.isAdmitted) await this.forget();

@@ -1,6 +1,6 @@
 /** State of the page: a pure reducer over the messages of the station. */
 import type { Connection, PageMessage } from "../api/socket";
-import type { Capabilities, Mission, Notice, Picture, PictureKind, Step } from "../api/types";
+import type { Capabilities, Mission, Notice, Picture, PictureKind, Step, StepFigures } from "../api/types";
 import type { KeptState } from "../offline/last_state";
 import { noticesToKeep } from "./alerts";
 import { STALE_AFTER_S } from "./freshness";
@@ -23,7 +23,9 @@ export interface State {
   readonly keptAtMs: number | null;
   /** Functions that the station offers. */
   readonly capabilities: Capabilities;
-  readonly steps: readonly Step[];
+  /** Figures of all steps, oldest first. */
+  readonly steps: readonly StepFigures[];
+  readonly latestStep: Step | null;
   /** Oldest first. */
   readonly notices: readonly Notice[];
   /** Number of notices of this mission that came and went while this page was disconnected. */
@@ -53,6 +55,7 @@ export const INITIAL_STATE: State = {
     video: false,
   },
   steps: [],
+  latestStep: null,
   notices: [],
   missedNotices: 0,
   pictures: {},
@@ -84,6 +87,7 @@ export function reduce(state: State, message: PageMessage, nowMs: number): State
         keptAtMs: null,
         capabilities: message.capabilities,
         steps: message.steps,
+        latestStep: message.latest_step,
         notices: addNotices(known, message.notices, message.mission),
         missedNotices: (isSame ? state.missedNotices : 0) + missedBetween(known, message.notices),
         pictures: indexPictures({}, message.pictures),
@@ -102,7 +106,7 @@ export function reduce(state: State, message: PageMessage, nowMs: number): State
         samples: extendSamples(state.samples, message.mission, hasPaused(state, nowMs)),
       };
     case "step":
-      return { ...state, steps: addStep(state.steps, message.step) };
+      return addStep(state, message.step);
     case "notice":
       return { ...state, notices: addNotices(state.notices, [message.notice], state.mission) };
     case "pictures":
@@ -117,11 +121,11 @@ export function reduce(state: State, message: PageMessage, nowMs: number): State
 
 /** State of an earlier visit, as old as it is by the clock; a clock that was set back since does not tell. */
 export function restore(state: State, kept: KeptState, nowMs: number, clockMs: number): State {
-  const { mission, capabilities, steps, notices, validAtMs } = kept;
+  const { mission, capabilities, steps, latestStep, notices, validAtMs } = kept;
   const age_ms = clockMs < validAtMs ? Infinity : clockMs - validAtMs;
   return {
     ...INITIAL_STATE,
-    ...{ connection: state.connection, mission, capabilities, steps, notices },
+    ...{ connection: state.connection, mission, capabilities, steps, latestStep, notices },
     missionAtMs: nowMs - age_ms,
     keptAtMs: validAtMs,
   };
@@ -151,10 +155,13 @@ function missedBetween(known: readonly Notice[], received: readonly Notice[]): n
   return Math.max(0, lastId(received) - last - added);
 }
 
-/** Steps with the added one; a hello may contain a step that is also on its way as an event. */
-function addStep(steps: readonly Step[], step: Step): readonly Step[] {
-  const last = steps.at(-1);
-  return last !== undefined && step.step <= last.step ? steps : [...steps, step];
+/** State with the added step; a hello may contain a step that is also on its way as an event. */
+function addStep(state: State, step: Step): State {
+  const last = state.steps.at(-1);
+  if (last !== undefined && step.step <= last.step) return state;
+  // Of earlier steps only the figures are kept: a mission of hours with many vehicles has millions of waypoints.
+  const { fitness: _fitness, missing: _missing, target: _target, waypoints: _waypoints, ...figures } = step;
+  return { ...state, steps: [...state.steps, figures], latestStep: step };
 }
 
 function indexPictures(known: State["pictures"], added: readonly Picture[]): State["pictures"] {

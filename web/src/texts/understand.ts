@@ -29,7 +29,8 @@ export const understand = {
   form: "Display",
   forms: { curves: "Charts", table: "Tables" },
   figure: { loss_percent: "Packet loss", roundTrip_ms: "Round trip", age_s: "Message age" },
-  stepTable: "Steps, newest first",
+  stepTable: (shown: number, all: number) =>
+    shown < all ? `The latest ${shown} of ${all} steps, newest first` : "Steps, newest first",
   column: {
     step: "Step",
     time: "Time",

@@ -53,10 +53,15 @@ export const waypointsLayer = featureLayer({
       paint: { "text-color": palette.refused, "text-halo-color": palette.halo, "text-halo-width": 1.5 },
     },
   ],
-  inputs: ({ origin, mission, state }) => [origin.latitude_deg, origin.longitude_deg, mission.vehicles, state.steps],
+  inputs: ({ origin, mission, state }) => [
+    origin.latitude_deg,
+    origin.longitude_deg,
+    mission.vehicles,
+    state.latestStep,
+  ],
   features: ({ origin, mission, state }) => [
     ...mission.vehicles.flatMap((vehicle) => pathFeatures(origin, vehicle)),
-    ...refusedOf(state.steps.at(-1)).map(({ vehicle_id: id, requested, verdict, reason }) =>
+    ...refusedOf(state.latestStep).map(({ vehicle_id: id, requested, verdict, reason }) =>
       feature(point(origin, enu(requested)), {
         role: "refused",
         id,
@@ -74,6 +79,6 @@ function pathFeatures(origin: Geodetic, { vehicle_id: id, position, waypoint }: 
 }
 
 /** Waypoints of a step that the safety monitor did not send as planned. */
-function refusedOf(step: Step | undefined): Step["waypoints"] {
+function refusedOf(step: Step | null): Step["waypoints"] {
   return step?.waypoints.filter((waypoint) => waypoint.verdict !== "sent") ?? [];
 }

@@ -31,7 +31,8 @@ export const understand: Texts["understand"] = {
   form: "Darstellung",
   forms: { curves: "Diagramme", table: "Tabellen" },
   figure: { loss_percent: "Paketverlust", roundTrip_ms: "Antwortzeit", age_s: "Alter der Meldung" },
-  stepTable: "Schritte, neueste zuerst",
+  stepTable: (shown: number, all: number) =>
+    shown < all ? `Die letzten ${shown} von ${all} Schritten, neueste zuerst` : "Schritte, neueste zuerst",
   column: {
     step: "Schritt",
     time: "Zeit",

@@ -1,5 +1,5 @@
 /** Data of the charts over time. Pure functions. */
-import type { Step } from "../../api/types";
+import type { StepFigures } from "../../api/types";
 import { displayName, quantity } from "../../format";
 import type { Sample, VehicleSample } from "../../state/samples";
 import { texts } from "../../texts";
@@ -55,10 +55,10 @@ const unit =
     quantity(value, decimals, name);
 
 /** Charts of the steps, in the order of the page. */
-export function stepCharts(steps: readonly Step[]): Chart[] {
+export function stepCharts(steps: readonly StepFigures[]): Chart[] {
   const { series, title } = texts.understand;
   const elapsed_s = steps.map((step) => step.elapsed_s);
-  const column = (read: (step: Step) => number | null): Column => steps.map(read);
+  const column = (read: (step: StepFigures) => number | null): Column => steps.map(read);
   return [
     {
       id: "visibility",
@@ -118,7 +118,7 @@ export function stepCharts(steps: readonly Step[]): Chart[] {
   ];
 }
 
-function stateIndex({ evolutionary_state }: Step): number | null {
+function stateIndex({ evolutionary_state }: StepFigures): number | null {
   const index = STATES.findIndex((state) => state === evolutionary_state);
   return index < 0 ? null : index;
 }

@@ -1,6 +1,6 @@
 /** View Understand: progress of the search over time, state of the swarm, and quality of the links. */
 import { useMemo, useState } from "preact/hooks";
-import type { Step } from "../../api/types";
+import type { StepFigures } from "../../api/types";
 import { displayName, duration, quantity } from "../../format";
 import { useShell } from "../../shell/context";
 import { texts } from "../../texts";
@@ -102,7 +102,7 @@ export function UnderstandView() {
 }
 
 /** Figures of the latest step. */
-function Headline({ step }: { step: Step | undefined }) {
+function Headline({ step }: { step: StepFigures | undefined }) {
   const { headline } = texts.understand;
   return (
     <p class="understand-now">

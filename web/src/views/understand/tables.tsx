@@ -1,34 +1,40 @@
 /** Values of the charts as tables, for screen readers and for exact numbers. */
-import type { Mission, Step, Vehicle } from "../../api/types";
+import type { Mission, StepFigures, Vehicle } from "../../api/types";
 import { age, displayName, duration, quantity, UNKNOWN } from "../../format";
 import { isStale, linkAge_s } from "../../state/freshness";
 import { texts } from "../../texts";
 
-export function StepTable({ steps }: { steps: readonly Step[] }) {
+/** Rows of the table of steps: those of hours, each time a step is added, would keep the page busy. */
+const STEPS_SHOWN = 200;
+
+export function StepTable({ steps }: { steps: readonly StepFigures[] }) {
   const { column, stepTable } = texts.understand;
   return (
     <div class="scroll panel" tabIndex={0}>
       <table class="number-table" data-testid="step-table">
-        <caption>{stepTable}</caption>
+        <caption>{stepTable(Math.min(steps.length, STEPS_SHOWN), steps.length)}</caption>
         <Head names={Object.values(column)} />
         <tbody>
-          {steps.toReversed().map((step) => (
-            <tr key={step.step}>
-              <th scope="row">{step.step}</th>
-              <td>{duration(step.elapsed_s)}</td>
-              <td>{quantity(step.visibility_m2, 2)}</td>
-              <td>{quantity(step.threshold_m2, 2)}</td>
-              <td>{displayName(texts.names.branch, step.branch)}</td>
-              <td>{quantity(step.evolutionary_factor, 2)}</td>
-              <td>{stateName(step)}</td>
-              <td>{quantity(step.c_s_m, 2)}</td>
-              <td>{quantity(step.c_c_m, 2)}</td>
-              <td>{step.leader_id ?? UNKNOWN}</td>
-              <td>{quantity(step.imaging_ms, 0)}</td>
-              <td>{quantity(step.work_ms, 0)}</td>
-              <td>{quantity(step.loop_lag_p99_ms, 0)}</td>
-            </tr>
-          ))}
+          {steps
+            .slice(-STEPS_SHOWN)
+            .reverse()
+            .map((step) => (
+              <tr key={step.step}>
+                <th scope="row">{step.step}</th>
+                <td>{duration(step.elapsed_s)}</td>
+                <td>{quantity(step.visibility_m2, 2)}</td>
+                <td>{quantity(step.threshold_m2, 2)}</td>
+                <td>{displayName(texts.names.branch, step.branch)}</td>
+                <td>{quantity(step.evolutionary_factor, 2)}</td>
+                <td>{stateName(step)}</td>
+                <td>{quantity(step.c_s_m, 2)}</td>
+                <td>{quantity(step.c_c_m, 2)}</td>
+                <td>{step.leader_id ?? UNKNOWN}</td>
+                <td>{quantity(step.imaging_ms, 0)}</td>
+                <td>{quantity(step.work_ms, 0)}</td>
+                <td>{quantity(step.loop_lag_p99_ms, 0)}</td>
+              </tr>
+            ))}
         </tbody>
       </table>
     </div>
@@ -76,7 +82,7 @@ function LinkRows({ vehicle, snapshotAge_s }: { vehicle: Vehicle; snapshotAge_s:
   );
 }
 
-const stateName = ({ evolutionary_state: state }: Step): string =>
+const stateName = ({ evolutionary_state: state }: StepFigures): string =>
   state === null ? UNKNOWN : displayName(texts.names.evolutionaryState, state);
 
 function Head({ names }: { names: readonly string[] }) {
