@@ -35,8 +35,8 @@ from aos_gcs.groundmap.tile import (
 from aos_gcs.imaging.model import Frame
 from aos_gcs.imaging.views import FocalSurface
 
-TILES_IN_MEMORY: Final = 160
-"""Tiles of 0.1 ha that are held at once; they take 120 MB."""
+TILES_IN_MEMORY: Final = 64
+"""Tiles of 0.1 ha that are held at once; they take 48 MB. Those around a line of ten vehicles are a dozen or two."""
 HEADER_NAME: Final = "ground.json"
 FORMAT: Final = 1
 _COLOUR_BANDS: Final = ("red", "green", "blue")
