@@ -481,7 +481,7 @@ export interface paths {
     };
     /**
      * Read Steps
-     * @description Return the steps after a number, oldest first, at most 500: the next request asks for those after the last one.
+     * @description Return the steps after a number, oldest first, at most 500; then ask for those after the last one.
      */
     get: operations["read_steps_api_mission_steps_get"];
     put?: never;
