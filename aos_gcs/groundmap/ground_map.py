@@ -1,7 +1,8 @@
 """The searched ground of a mission: tiles in memory while they are in use, and in a folder.
 
-Buffered: yes, ``TILES_IN_MEMORY`` tiles; when full: the one that no frame has touched for the longest goes to the disk,
-and comes back when a frame shows it again. The numbers of views of all tiles stay in memory, 1 kB each.
+Buffered: yes, ``TILES_IN_MEMORY`` tiles, and as many more as the latest ``FRAMES_IN_USE`` frames have touched; when full:
+the one that was touched the longest ago goes to the disk, and comes back when a frame shows it again. The numbers of
+views of all tiles stay in memory, 1 kB each.
 """
 
 from __future__ import annotations
@@ -36,7 +37,9 @@ from aos_gcs.imaging.model import Frame
 from aos_gcs.imaging.views import FocalSurface
 
 TILES_IN_MEMORY: Final = 64
-"""Tiles of 0.1 ha that are held at once; they take 48 MB. Those around a line of ten vehicles are a dozen or two."""
+"""Tiles of 0.1 ha that are held at once; they take 48 MB, and a line of ten vehicles 20 m apart touches 40 in 100 m."""
+FRAMES_IN_USE: Final = 256
+"""Latest frames whose tiles stay in memory: a line of a hundred vehicles would otherwise fetch its own with each frame."""
 HEADER_NAME: Final = "ground.json"
 FORMAT: Final = 1
 _COLOUR_BANDS: Final = ("red", "green", "blue")
@@ -74,6 +77,8 @@ class GroundMap:
         self._tiles: OrderedDict[TileIndex, Tile] = OrderedDict()
         """Tiles in memory, the one touched last at the end."""
         self._unwritten: set[TileIndex] = set()
+        self._last_frames: dict[TileIndex, int] = {}
+        """Number of the latest frame that has touched a tile in memory; none where it was read only."""
 
     @property
     def views(self) -> dict[TileIndex, NDArray[np.uint8]]:
@@ -91,6 +96,7 @@ class GroundMap:
         for index, here, there in _shares(projected):
             tile = self._tile(index)
             self._unwritten.add(index)
+            self._last_frames[index] = self.header.frames
             tile.mark_seen(there, projected.squares[here], projected.seen[here])
             _add_values(tile, frame.bands, projected, here, there)
         self.header = replace(self.header, frames=self.header.frames + 1)
@@ -118,8 +124,11 @@ class GroundMap:
             return self._tiles[index]
         while len(self._tiles) >= TILES_IN_MEMORY:
             oldest = next(iter(self._tiles))
+            if self._last_frames.get(oldest, -FRAMES_IN_USE) > self.header.frames - FRAMES_IN_USE:
+                break
             if oldest in self._unwritten:
                 self._write(oldest)
+            self._last_frames.pop(oldest, None)
             del self._tiles[oldest]
         tile = Tile.empty(self._directions.byte_count)
         if index in self._views:

@@ -157,6 +157,7 @@ def test_the_map_is_read_back_as_it_was_written(tmp_path: Path) -> None:
 
 def test_tiles_leave_the_memory_and_come_back(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ground_map, "TILES_IN_MEMORY", 4)
+    monkeypatch.setattr(ground_map, "FRAMES_IN_USE", 0)
     ground, whole = begun(tmp_path / "a"), begun(tmp_path / "b")
     places = [0.0, 100.0, 200.0, 5.0, 105.0, 205.0]
     for east_m in places:
@@ -171,6 +172,24 @@ def test_tiles_leave_the_memory_and_come_back(tmp_path: Path, monkeypatch: pytes
         assert other is not None
         assert np.array_equal(one.seen, other.seen)
         assert np.array_equal(one.colour_sum, other.colour_sum)
+
+
+def test_tiles_that_frames_are_using_stay_until_they_have_gone_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(ground_map, "TILES_IN_MEMORY", 4)
+    monkeypatch.setattr(ground_map, "FRAMES_IN_USE", 3)
+    ground = begun(tmp_path)
+    line = [0.0, 100.0, 200.0]
+    for east_m in line * 2:
+        ground.add(ground_frame(east_m, 0.0), GROUND)
+    assert list(tmp_path.glob("*.npz")) == [], "no vehicle of a line fetches tiles that another one has sent away"
+    for _ in range(3):
+        ground.add(ground_frame(1000.0, 0.0), GROUND)
+    ground.add(ground_frame(1100.0, 0.0), GROUND)
+    gone = {path.name for path in tmp_path.glob("*.npz")}
+    assert len(gone) >= len(line) * 4, "those of before go when room is needed"
+
 
 
 def test_the_next_sortie_goes_on_with_a_copy(tmp_path: Path) -> None:
