@@ -1,6 +1,6 @@
 """The searched ground of a mission: tiles in memory while they are in use, and in a folder.
 
-Buffered: yes, ``TILES_IN_MEMORY`` tiles, and as many more as the latest ``FRAMES_IN_USE`` frames have touched; when full:
+Buffered: yes, ``TILES_IN_MEMORY`` tiles, and those that the latest ``FRAMES_IN_USE`` frames have touched; when full:
 the one that was touched the longest ago goes to the disk, and comes back when a frame shows it again. The numbers of
 views of all tiles stay in memory, 1 kB each.
 """
@@ -39,7 +39,7 @@ from aos_gcs.imaging.views import FocalSurface
 TILES_IN_MEMORY: Final = 64
 """Tiles of 0.1 ha that are held at once; they take 48 MB, and a line of ten vehicles 20 m apart touches 40 in 100 m."""
 FRAMES_IN_USE: Final = 256
-"""Latest frames whose tiles stay in memory: a line of a hundred vehicles would otherwise fetch its own with each frame."""
+"""Latest frames whose tiles stay in memory: a line of a hundred vehicles would else fetch tiles with each frame."""
 HEADER_NAME: Final = "ground.json"
 FORMAT: Final = 1
 _COLOUR_BANDS: Final = ("red", "green", "blue")
