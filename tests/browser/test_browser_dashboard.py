@@ -68,6 +68,20 @@ async def test_page_shows_a_mission_without_errors_or_foreign_requests(map_page,
     assert page_record.foreign_requests == []
 
 
+async def test_of_a_mission_of_hours_the_latest_steps_are_in_the_table(page: Page, service: Service) -> None:
+    for _ in range(202):
+        service.mission.make_step()
+    await open_page(page, service.url, "understand")
+    await page.get_by_test_id("form-table").click()
+    table = page.get_by_test_id("step-table")
+    # The mission makes steps meanwhile.
+    await expect(table.locator("caption")).to_have_text(re.compile(r"^The latest 200 of \d{3} steps, newest first$"))
+    await expect(table.locator("tbody tr")).to_have_count(200)
+    oldest, newest = table.locator("tbody th").last, table.locator("tbody th").first
+    await expect(oldest).not_to_have_text("1")
+    assert int(await newest.inner_text()) >= 202
+
+
 async def test_waypoints_are_drawn_on_the_map_and_hidden_with_their_layer(map_page, service) -> None:
     await service.mission.act(Action.START, None)
     for _ in range(REFUSED_STEP):

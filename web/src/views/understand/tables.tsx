@@ -9,32 +9,30 @@ const STEPS_SHOWN = 200;
 
 export function StepTable({ steps }: { steps: readonly StepFigures[] }) {
   const { column, stepTable } = texts.understand;
+  const shown = steps.slice(-STEPS_SHOWN).reverse();
   return (
     <div class="scroll panel" tabIndex={0}>
       <table class="number-table" data-testid="step-table">
-        <caption>{stepTable(Math.min(steps.length, STEPS_SHOWN), steps.length)}</caption>
+        <caption>{stepTable(shown.length, steps.length)}</caption>
         <Head names={Object.values(column)} />
         <tbody>
-          {steps
-            .slice(-STEPS_SHOWN)
-            .reverse()
-            .map((step) => (
-              <tr key={step.step}>
-                <th scope="row">{step.step}</th>
-                <td>{duration(step.elapsed_s)}</td>
-                <td>{quantity(step.visibility_m2, 2)}</td>
-                <td>{quantity(step.threshold_m2, 2)}</td>
-                <td>{displayName(texts.names.branch, step.branch)}</td>
-                <td>{quantity(step.evolutionary_factor, 2)}</td>
-                <td>{stateName(step)}</td>
-                <td>{quantity(step.c_s_m, 2)}</td>
-                <td>{quantity(step.c_c_m, 2)}</td>
-                <td>{step.leader_id ?? UNKNOWN}</td>
-                <td>{quantity(step.imaging_ms, 0)}</td>
-                <td>{quantity(step.work_ms, 0)}</td>
-                <td>{quantity(step.loop_lag_p99_ms, 0)}</td>
-              </tr>
-            ))}
+          {shown.map((step) => (
+            <tr key={step.step}>
+              <th scope="row">{step.step}</th>
+              <td>{duration(step.elapsed_s)}</td>
+              <td>{quantity(step.visibility_m2, 2)}</td>
+              <td>{quantity(step.threshold_m2, 2)}</td>
+              <td>{displayName(texts.names.branch, step.branch)}</td>
+              <td>{quantity(step.evolutionary_factor, 2)}</td>
+              <td>{stateName(step)}</td>
+              <td>{quantity(step.c_s_m, 2)}</td>
+              <td>{quantity(step.c_c_m, 2)}</td>
+              <td>{step.leader_id ?? UNKNOWN}</td>
+              <td>{quantity(step.imaging_ms, 0)}</td>
+              <td>{quantity(step.work_ms, 0)}</td>
+              <td>{quantity(step.loop_lag_p99_ms, 0)}</td>
+            </tr>
+          ))}
         </tbody>
       </table>
     </div>
