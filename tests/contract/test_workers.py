@@ -41,7 +41,7 @@ SETTINGS = WorkerSettings("Image analysis", 2 * 2**30, 60.0, ("numpy",))
 
 @pytest.fixture(autouse=True)
 def _patient(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let processes start as slowly as they do beside other tests, to which they give way."""
+    """Let processes start as slowly as they do beside other tests, whose priority is higher."""
     monkeypatch.setattr("aos_gcs.workers.process.RESTART_S", scaled_s(30.0))
 
 

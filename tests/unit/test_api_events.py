@@ -339,7 +339,7 @@ async def test_foreign_pages_cannot_listen(mission: ScriptedMission) -> None:
     async with serve(app_of(mission), port=0) as address:
         url = f"ws://127.0.0.1:{address.port}/api/events"
         with pytest.raises(InvalidStatus) as refused:
-            await stream_at(url, origin="http://evil.example")  # type: ignore[arg-type]
+            await stream_at(url, origin="http://evil.example")
         assert refused.value.response.status_code == 403
 
 

@@ -191,7 +191,6 @@ def test_tiles_that_frames_are_using_stay_until_they_have_gone_on(
     assert len(gone) >= len(line) * 4, "those of before go when room is needed"
 
 
-
 def test_the_next_sortie_goes_on_with_a_copy(tmp_path: Path) -> None:
     former = begun(tmp_path / "one")
     former.add(ground_frame(0.0, 0.0), GROUND)
