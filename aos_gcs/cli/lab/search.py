@@ -24,7 +24,11 @@ def search(
     hectares: Annotated[str, typer.Option(help="Sizes of the square areas, 0.1 to 50, separated by commas.")] = "4",
     vehicles: Annotated[str, typer.Option(help="Numbers of vehicles, separated by commas.")] = "1,3,10",
     methods: Annotated[
-        str, typer.Option(help="Flights: planned, prior, line, chosen, stops, single, lawnmower, separated by commas.")
+        str,
+        typer.Option(
+            help="Flights: planned, twice, prior, line, chosen, chosen_legs, stops, single, lawnmower, separated by "
+            "commas."
+        ),
     ] = "planned,line,stops,single,lawnmower",
     posture: Annotated[str, typer.Option(help="Posture of the person: standing, sitting or lying.")] = "standing",
     pod: Annotated[float, typer.Option(help="Probability of detection that the planned flights are to reach.")] = 0.9,
