@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from aos_gcs.equal_bands import COLOURS, GREY, without_equal_bands
 from aos_gcs.errors import InputDataError
 from aos_gcs.image_headers import FileContent, TornImageError, is_cut_off, picture_sizes
 from aos_gcs.imaging.model import Frame
@@ -24,7 +25,7 @@ SUFFIXES = frozenset({".png", ".jpg", ".jpeg", ".tif", ".tiff"})
 MAX_PIXELS = 250_000_000
 """Largest image that is decoded; a small file can claim, and compress, far more."""
 
-GREY, COLOURS, THERMAL = ("grey",), ("red", "green", "blue"), ("thermal",)
+THERMAL = ("thermal",)
 _VALUES = {"uint8": "8-bit", "uint16": "16-bit", "float32": "32-bit floating-point"}
 """Names of the types of values that are read."""
 
@@ -63,7 +64,7 @@ def read_frame(image: SurveyImage, bands: tuple[str, ...], vehicle_id: int = 0) 
     """
     pixels = read_image(image.path) if image.scene is None else read_celsius(image.path, image.scene)
     if bands == GREY:
-        pixels = _without_equal_bands(pixels)
+        pixels = without_equal_bands(pixels)
     expected = image.camera.height_px, image.camera.width_px, len(bands)
     if pixels.shape != expected:
         raise InputDataError(
@@ -83,7 +84,7 @@ def bands_of(pixels: NDArray[Any]) -> tuple[str, ...]:
 
     Thermal cameras write such pictures; as three bands they would be the same evidence three times.
     """
-    return GREY if _without_equal_bands(pixels).shape[2] == 1 else COLOURS
+    return GREY if without_equal_bands(pixels).shape[2] == 1 else COLOURS
 
 
 def read_image(path: Path) -> NDArray[Any]:
@@ -155,15 +156,6 @@ def _check(path: Path, content: FileContent) -> None:
         raise InputDataError(f"The image {path} claims {pixels / 1e6:,.1f} megapixels; at most {most:.0f} are read.")
     if is_cut_off(content):
         raise InputDataError(f"The image {path} is incomplete: its end is missing. Copy it again from its source.")
-
-
-def _without_equal_bands(pixels: NDArray[Any]) -> NDArray[Any]:
-    """Return the first channel of an image whose channels are all the same, else the image."""
-    if pixels.shape[2] != 3:
-        return pixels
-    # Plane by plane: numpy compares along a very short axis many times as slowly.
-    first, *others = cv2.split(pixels)
-    return first[:, :, np.newaxis] if all(np.array_equal(first, other) for other in others) else pixels
 
 
 def _size(shape: tuple[int, ...]) -> str:

@@ -47,6 +47,21 @@ def test_single_pages_keep_type_and_colours(kind: str, dtype: type, bands: tuple
     np.testing.assert_array_equal(image.reshape(shape), original)
 
 
+@pytest.mark.parametrize(("kind", "dtype"), [(".png", np.uint8), (".jpg", np.uint8), (".tiff", np.uint16)])
+def test_three_equal_channels_of_a_thermal_camera_are_one_band(kind: str, dtype: type) -> None:
+    level = RNG.integers(0, np.iinfo(dtype).max, (40, 56), dtype)
+    image, bands = decode_image(encoded(kind, np.dstack([level] * 3)))
+    assert (image.shape, image.dtype, bands) == ((40, 56, 1), dtype, ("grey",))
+    if kind != ".jpg":
+        np.testing.assert_array_equal(image[..., 0], level)
+
+
+def test_one_pixel_of_colour_keeps_three_bands() -> None:
+    pixels = np.dstack([RNG.integers(0, 256, (40, 56), np.uint8)] * 3)
+    pixels[17, 23, 1] ^= 1
+    assert decode_image(encoded(".png", pixels))[1] == ("red", "green", "blue")
+
+
 def test_jpeg_is_accepted() -> None:
     image, bands = decode_image(encoded(".jpg", np.full((16, 16, 3), (200, 100, 50), np.uint8)))
     assert bands == ("red", "green", "blue")
@@ -138,7 +153,10 @@ def test_of_an_animation_one_picture_is_decoded() -> None:
     if not hasattr(cv2, "imencodeanimation"):
         pytest.skip("this OpenCV writes no animations")
     animation = cv2.Animation()
-    animation.frames, animation.durations = [np.full((24, 32, 3), value, np.uint8) for value in (9, 90, 200)], [1, 1, 1]
+    animation.frames, animation.durations = (
+        [np.full((24, 32, 3), (value, 0, 0), np.uint8) for value in (9, 90, 200)],
+        [1] * 3,
+    )
     is_encoded, data = cv2.imencodeanimation(".png", animation)
     assert is_encoded
     image, _ = decode_image(data.tobytes())

@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_drivers.frames.errors import TornFrameError
+from aos_gcs.equal_bands import COLOURS, GREY, without_equal_bands
 from aos_gcs.errors import CaptureError, InputDataError
 from aos_gcs.image_headers import TIFF_STARTS, TornImageError, is_cut_off, picture_sizes
 from aos_gcs.radiometry import celsius_from_centikelvin
 
 Image = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32]
 
-_COLOURS = ("red", "green", "blue")
 MAX_PIXELS = 100_000_000
 """Default limit for all pages of an image together."""
 
@@ -27,7 +27,8 @@ def decode_image(data: bytes, max_pixels: int = MAX_PIXELS) -> tuple[Image, tupl
     Returns:
         The image, shape (H, W, C), and one band per channel. A TIFF of two pages, RGB of 8 bits and radiometric
         thermal of 16 bits in hundredths of a kelvin, becomes float32 with ``red, green, blue, thermal``, the last in
-        degrees Celsius. Everything else keeps its type and is ``grey`` or ``red, green, blue``.
+        degrees Celsius. Everything else keeps its type and is ``red, green, blue``, or ``grey`` where it has one
+        channel or three equal ones.
 
     Raises:
         TornFrameError: the end of the file is missing.
@@ -70,11 +71,12 @@ def _bands(pages: list[NDArray[Any]]) -> tuple[Image, tuple[str, ...]]:
     shapes = [(page.shape, page.dtype) for page in pages]
     match [(page.ndim, page.dtype) for page in pages]:
         case [(3, np.uint8), (2, np.uint16)] if pages[0].shape == (*pages[1].shape, 3):
-            return _rgb_and_thermal(pages[0], pages[1]), (*_COLOURS, "thermal")
+            return _rgb_and_thermal(pages[0], pages[1]), (*COLOURS, "thermal")
         case [(2, np.uint8 | np.uint16)]:
-            return pages[0][..., np.newaxis], ("grey",)
+            return pages[0][..., np.newaxis], GREY
         case [(3, np.uint8 | np.uint16)] if pages[0].shape[2] in (3, 4):
-            return np.ascontiguousarray(pages[0][..., 2::-1]), _COLOURS
+            image = without_equal_bands(np.ascontiguousarray(pages[0][..., 2::-1]))
+            return image, GREY if image.shape[2] == 1 else COLOURS
     raise CaptureError(f"an image with pages of {shapes} is not understood: send RGB, grey, or RGB with thermal")
 
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
 from contextlib import asynccontextmanager, contextmanager
+from dataclasses import replace
 from typing import Protocol
 
 from aos_drivers.frames.poses.plausibility import check_pose
 from aos_drivers.frames.settings import SourceKind
+from aos_drivers.frames.steady_bands import SteadyBands
 from aos_drivers.vehicle.cameras.exposure import CaptureTools, VehicleAccess, capture_error
 from aos_drivers.vehicle.cameras.interval import open_interval
 from aos_drivers.vehicle.cameras.photos import PhotoSource
@@ -36,6 +38,7 @@ class CaptureRunner:
         self._record = vehicle.record
         self._tools = tools
         self._source = source
+        self._bands = SteadyBands()
         self._is_busy = False
 
     async def run(self, deadline_s: float) -> Capture:
@@ -86,7 +89,8 @@ class CaptureRunner:
             raise
         if record.frames.count_used():
             self._tools.notify(Notice(Severity.INFO, "its camera delivers images", record.vehicle_id))
-        return capture
+        image, bands = self._bands.settle(capture.image, capture.bands)
+        return replace(capture, image=image, bands=bands)
 
     def _check(self, capture: Capture) -> None:
         limit_m = self._tools.cameras.of(capture.vehicle_id).max_pose_offset_m
