@@ -19,7 +19,7 @@ from aos_gcs.mission.commands import LiveCommands
 from aos_gcs.mission.coordinator import Coordinator
 from aos_gcs.mission.former_flight import FormerFlight
 from aos_gcs.mission.health import LoopMonitor
-from aos_gcs.mission.journal import Journal
+from aos_gcs.mission.journal import Journal, Recorder
 from aos_gcs.mission.model.actions import ActionRecord
 from aos_gcs.mission.model.checks import PreflightCheck
 from aos_gcs.mission.model.decisions import ConclusionRecord, DecisionRecord, SearchRecord
@@ -214,16 +214,19 @@ def prepare(
     ground: GroundPlace | None = None,
     pictures: bool = False,
     camera_delay_s: float = 0.0,
+    recorder: Recorder | None = None,
     **changes: object,
 ) -> Flight:
     """Return a mission of n vehicles whose ``errors``, fields of :class:`FakeErrors`, differ from those of RTK.
 
     ``pictures`` for operators are left out unless a test looks at them: they take a quarter of a mission's work. Where
-    a test waits for time to pass, cameras with a delay make fewer steps of it.
+    a test waits for time to pass, cameras with a delay make fewer steps of it. ``recorder`` takes the place of the one
+    in memory.
     """
     asyncio.get_running_loop().set_default_executor(InlineExecutor(1))
     clock = LoopClock()
-    fleet, recorder, journal = FakeFleet(clock, n, target, errors), MemoryRecorder(), Journal(clock)
+    fleet, journal = FakeFleet(clock, n, target, errors), Journal(clock)
+    recorder = MemoryRecorder() if recorder is None else recorder
     for vehicle in fleet.members.values():
         vehicle.camera_delay_s = camera_delay_s
     pulse = LoopMonitor(period_s=0.5)

@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+import logging
+import sqlite3
+from collections.abc import Sequence
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from aos_gcs.errors import CaptureError
+from aos_gcs.mission.journal import Recorder
 from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.planning.settings import SearchMode, SearchSettings
-from aos_gcs.ports import Capture
+from aos_gcs.ports import Capture, Notice
+from aos_gcs.store import recorder as store
+from aos_gcs.store.database import MissionDatabase, Write
+from aos_gcs.store.reader import MissionReader
 from tests.fakes.fleet import FRAME, FakeVehicle
-from tests.fakes.mission_flight import EXACT, Flight, flying, prepare
+from tests.fakes.mission_flight import EXACT, Flight, InlineExecutor, flying, prepare
 
 pytestmark = pytest.mark.looptime
 
@@ -21,7 +30,9 @@ IN_FLIGHT = 5
 """Step at which the line flies along its leg."""
 
 
-def search(camera_delay_s: float = 0.6, area_enu_m: tuple[tuple[float, float], ...] = AREA) -> Flight:
+def search(
+    camera_delay_s: float = 0.6, area_enu_m: tuple[tuple[float, float], ...] = AREA, recorder: Recorder | None = None
+) -> Flight:
     return prepare(
         3,
         None,
@@ -29,6 +40,7 @@ def search(camera_delay_s: float = 0.6, area_enu_m: tuple[tuple[float, float], .
         camera_delay_s=camera_delay_s,
         area_enu_m=area_enu_m,
         search=SearchSettings(SearchMode.CONTINUOUS),
+        recorder=recorder,
     )
 
 
@@ -137,3 +149,31 @@ async def test_a_disk_that_is_full_in_flight_stops_nobody() -> None:
         assert await run is Outcome.NOT_FOUND
     assert flight.view.snapshot().covered_fraction == 1.0
     assert len(flight.view.steps()) > len(flight.recorder.steps)
+
+
+async def test_a_disk_that_is_full_in_flight_is_named_once_and_the_search_goes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(store, "ThreadPoolExecutor", InlineExecutor)
+
+    def write(_database: MissionDatabase, _writes: Sequence[Write]) -> None:
+        raise sqlite3.OperationalError("database or disk is full")
+
+    def take(notice: Notice) -> None:
+        flight.journal.take(notice)
+
+    caplog.set_level(logging.INFO, "aos_gcs.mission.journal")
+    async with store.MissionRecorder.create(tmp_path, "m", {}, notify=take) as recorder:
+        flight = search(recorder=recorder)
+        async with flying(flight) as run:
+            await flight.until(lambda: len(flight.view.steps()) == IN_FLIGHT)
+            monkeypatch.setattr(MissionDatabase, "write", write)
+            assert await run is Outcome.NOT_FOUND
+    assert flight.view.snapshot().covered_fraction == 1.0
+    (named,) = [one for one in caplog.messages if "disk" in one]
+    assert named == (
+        f"The mission continues without recording: cannot record into {tmp_path / 'm'}: database or disk is full; free "
+        "some space or check the disk."
+    )
+    with MissionReader(tmp_path / "m") as reader:
+        assert IN_FLIGHT - 1 <= len(reader.steps()) <= IN_FLIGHT + 1 < len(flight.view.steps())
