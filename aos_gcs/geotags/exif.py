@@ -18,7 +18,7 @@ EXIF_IFD, GPS_IFD = 0x8769, 0x8825
 _MILLIMETRES = {2: 25.4, 3: 10.0, 4: 1.0, 5: 0.001}
 """Per unit of the focal plane's resolution: inch, cm, mm, µm."""
 
-_ORIENTATION = 0x0112
+_MODEL, _ORIENTATION = 0x0110, 0x0112
 _FOCAL_LENGTH, _FOCAL_LENGTH_35MM, _DIGITAL_ZOOM = 0x920A, 0xA405, 0xA404
 _FOCAL_PLANE_X, _FOCAL_PLANE_UNIT, _ORIGINAL_WIDTH = 0xA20E, 0xA210, 0xA002
 _TAKEN_AT, _TAKEN_AT_FRACTION, _TAKEN_AT_ZONE = 0x9003, 0x9291, 0x9011
@@ -44,6 +44,8 @@ class ExifTags:
     """Focal length divided by the diagonal of the sensor."""
     utc_s: float | None
     """Time of exposure since the Unix epoch: of the camera if its time zone is known, else of the GPS."""
+    model: str | None
+    """Name of the camera's model."""
 
 
 def exif_tags(exif: Any, width_px: int) -> ExifTags:
@@ -70,6 +72,7 @@ def exif_tags(exif: Any, width_px: int) -> ExifTags:
         focal_per_width=_focal_per_width(camera, original_width_px),
         focal_per_diagonal=None if equivalent_mm is None else equivalent_mm / FULL_FRAME_DIAGONAL_MM,
         utc_s=_camera_utc_s(camera) or _gps_utc_s(gps),
+        model=_text(exif.get(_MODEL)),
     )
 
 
@@ -123,6 +126,12 @@ def _number(value: Any) -> float | None:
     except (TypeError, ValueError, ZeroDivisionError):
         return None
     return number if math.isfinite(number) else None
+
+
+def _text(value: Any) -> str | None:
+    """Return a text without the zeros and spaces that fill it up; None where nothing is left."""
+    text = value.partition("\0")[0].strip() if isinstance(value, str) else ""
+    return text or None
 
 
 def _positive(value: Any) -> float | None:

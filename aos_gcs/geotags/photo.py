@@ -91,6 +91,8 @@ class Geotag:
     """Whether the RTK receiver had its fixed solution; None without such a receiver."""
     is_turned: bool = False
     """Whether the picture is to be shown turned: the attitude in its tags is that of the turned one."""
+    model: str | None = None
+    """Name of the camera's model; None where it is not told."""
 
     def camera(self, horizontal_fov_rad: float | None = None) -> CameraModel:
         """Return the camera; a field of view replaces the focal length in the metadata.
@@ -161,6 +163,7 @@ def geotag(exif: ExifTags, xmp: Mapping[str, str], width_px: int, height_px: int
         position_sigma_m=_position_sigma_m(xmp),
         has_rtk_fix=_has_rtk_fix(xmp),
         is_turned=exif.orientation != 1,
+        model=exif.model,
     )
 
 

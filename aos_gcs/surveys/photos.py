@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import filecmp
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -62,12 +62,13 @@ def read_photos(
             is where the flight began, and the photographs' relative altitudes are heights above it.
         optics: horizontal field of view, or intrinsics; they replace the focal lengths in the photographs' metadata.
         lens: lens of all photographs; replaces that of the intrinsics.
-        sensor: leaves out the pictures of other sensors; needed where a folder has those of several.
+        sensor: leaves out the pictures of other sensors; needed where a folder has those of several. None: models of
+            cameras, sizes of pictures (in either orientation) and fields of view must agree as well.
         frames: photographs that are looked at, in the order of their names, those of a folder together.
         scene: conditions under which temperatures are read from radiometric photographs; None: pictures are read.
 
     Raises:
-        InputDataError: if there is no photograph, none can be used, or several sensors have taken them; the text names
+        InputDataError: if there is no photograph, none can be used, or several cameras have taken them; the text names
             the reason.
         ConfigurationError: if pillow or defusedxml is not installed.
     """
@@ -195,26 +196,45 @@ def _refuse_other_sensor(sensor: Sensor | None, wanted: Sensor | None) -> None:
 
 def _refuse_mixed(photos: Sequence[_Photo], folder: Path) -> None:
     """Refuse photographs of several sensors: thermal and colour pictures, or wide and narrow ones, have no average."""
-    of_sensor: dict[Sensor | None, list[_Photo]] = {}
-    for photo in photos:
-        of_sensor.setdefault(photo.tag.sensor, []).append(photo)
-    if len(of_sensor) > 1:
-        kinds = "; ".join(
-            f"{len(members)} of {sensor or 'an unknown sensor'}, such as {members[0].path.name}"
-            for sensor, members in of_sensor.items()
-        )
+    sensors = _groups(photos, lambda photo: photo.tag.sensor or "an unknown sensor")
+    if len(sensors) > 1:
         raise InputDataError(
-            f"The folder {folder} has photographs of several sensors ({kinds}): choose one with --sensor thermal, wide "
-            "or zoom."
+            f"The folder {folder} has photographs of several sensors ({_listed(sensors)}): choose one with --sensor "
+            "thermal, wide or zoom."
         )
+    sensor = photos[0].tag.sensor
+    remedy = "Put those of one camera into a folder" + (f", or use all with --sensor {sensor}." if sensor else ".")
+    models = _groups([photo for photo in photos if photo.tag.model], lambda photo: f"the model {photo.tag.model}")
+    sizes = _groups(photos, lambda photo: "{1} x {0} pixels".format(*sorted(_size(photo))))
+    for groups in (models, sizes):
+        if len(groups) > 1:
+            raise InputDataError(
+                f"The folder {folder} has photographs of different cameras ({_listed(groups)}). {remedy}"
+            )
     fovs = sorted(photos, key=lambda photo: photo.camera.horizontal_fov_rad)
     narrow, wide = fovs[0], fovs[-1]
     if wide.camera.horizontal_fov_rad > _ALIKE_FOV * narrow.camera.horizontal_fov_rad:
         narrow_deg, wide_deg = (math.degrees(photo.camera.horizontal_fov_rad) for photo in (narrow, wide))
         raise InputDataError(
             f"The folder {folder} has photographs of different cameras: {narrow.path.name} has a field of view of "
-            f"{narrow_deg:.0f}°, {wide.path.name} of {wide_deg:.0f}°. Put those of one camera into a folder."
+            f"{narrow_deg:.0f}°, {wide.path.name} of {wide_deg:.0f}°. {remedy}"
         )
+
+
+def _size(photo: _Photo) -> tuple[int, int]:
+    return photo.camera.width_px, photo.camera.height_px
+
+
+def _groups(photos: Sequence[_Photo], kind_of: Callable[[_Photo], str]) -> dict[str, list[_Photo]]:
+    """Return photographs by what they are of, in the order in which the kinds appear."""
+    groups: dict[str, list[_Photo]] = {}
+    for photo in photos:
+        groups.setdefault(kind_of(photo), []).append(photo)
+    return groups
+
+
+def _listed(groups: Mapping[str, Sequence[_Photo]]) -> str:
+    return "; ".join(f"{len(members)} of {kind}, such as {members[0].path.name}" for kind, members in groups.items())
 
 
 def _together(photos: Sequence[_Photo], left_out: dict[str, str], folder: Path) -> list[_Photo]:

@@ -172,6 +172,42 @@ def test_photographs_of_different_fields_of_view_are_not_averaged(
     assert "4.jpg has a field of view of 22°, 5.jpg of 63°" in capfd.readouterr().err
 
 
+@pytest.mark.parametrize("sensor", [None, "WideCamera"])
+def test_photographs_of_different_sizes_are_not_averaged(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], sensor: str | None
+) -> None:
+    """A thermal camera and one of colours with about the same field of view, on an aircraft that names neither."""
+    photographs = Photographs(tmp_path)
+    for name, tags in list(photographs.tags.items()):
+        image = np.asarray(cv2.imread(str(photographs.images / name), cv2.IMREAD_UNCHANGED), dtype=np.uint8)
+        image = image if name < "4" else np.asarray(cv2.resize(image, (160, 120)), dtype=np.uint8)
+        photographs.write(name, image, tags | ({"drone-dji:ImageSource": sensor} if sensor else {}))
+    assert exit_status(photographs.arguments("--ortho", 0.5)) == 2
+    errors = capfd.readouterr().err
+    assert "(4 of 96 x 72 pixels, such as 0.jpg; 2 of 160 x 120 pixels, such as 4.jpg)" in errors
+    assert "Put those of one camera into a folder" in errors
+    assert ("or use all with --sensor wide." in errors) == (sensor is not None)
+    assert exit_status(photographs.arguments("--ortho", 0.5, "--sensor", "wide")) == (2 if sensor is None else 0)
+
+
+def test_photographs_of_different_models_are_not_averaged(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    photographs = Photographs(tmp_path)
+
+    def write(name: str, model: str) -> None:
+        image = np.asarray(cv2.imread(str(photographs.images / name), cv2.IMREAD_UNCHANGED), dtype=np.uint8)
+        exif = exif_block(camera={0xA405: FOCAL_35MM}, model=model)
+        write_photograph(photographs.images / name, image, exif, xmp_packet(photographs.tags[name]))
+
+    for name in ("1.jpg", "2.jpg", "3.jpg"):
+        write(name, "EVO II")
+    # Those without a name are of the one that has one.
+    assert exit_status(photographs.arguments("--ortho", 0.5)) == 0
+    write("3.jpg", "Duo Pro R\0 ")
+    assert exit_status(photographs.arguments("--ortho", 0.5)) == 2
+    errors = capfd.readouterr().err
+    assert "(2 of the model EVO II, such as 1.jpg; 1 of the model Duo Pro R, such as 3.jpg)" in errors
+
+
 def write_turned(photographs: Photographs, name: str, orientation: int) -> None:
     """Write a photograph with its rows and columns in another order, and the tag that says so."""
     shown = np.asarray(cv2.imread(str(photographs.images / name), cv2.IMREAD_UNCHANGED), dtype=np.uint8)
