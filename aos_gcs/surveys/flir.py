@@ -90,7 +90,9 @@ class RadiometricImage:
         air_k = field["air_k"] if scene.air_c is None else scene.air_c + _ZERO_CELSIUS_K
         window = field["window_transmission"] if 0.0 < field["window_transmission"] <= 1.0 else 1.0
         if not 0.0 < emissivity <= 1.0:
-            raise InputDataError(f"its emissivity is {emissivity:g}, which is not between 0 and 1; give --emissivity")
+            raise InputDataError(
+                f"its emissivity is {emissivity:g}, which is not between 0 and 1; give --degrees emissivity=0.97"
+            )
         air = self._transmission(distance_m, humidity, air_k - _ZERO_CELSIUS_K)
         other = window * (air * (1.0 - emissivity) * self._signal(reflected_k) + (1.0 - air) * self._signal(air_k))
         if window < 1.0:
@@ -146,8 +148,8 @@ def read_radiometric(content: bytes) -> RadiometricImage:
     if container is None:
         if b"DJI" in content[:65_536]:
             raise InputDataError(
-                "it is a picture of DJI, whose temperatures only DJI's own Thermal SDK decodes: convert it to TIFF of "
-                "floating-point numbers with that, and give poses"
+                "it is a picture of DJI, whose temperatures are not decoded here: convert it to TIFF of floating-point "
+                "numbers with DJI's Thermal SDK or the package dji-thermal-cli, and give poses"
             )
         raise InputDataError("it has no radiometric data of FLIR")
     try:

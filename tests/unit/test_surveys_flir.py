@@ -70,7 +70,10 @@ BAD = {
     "large": (container(np.zeros((1, 5000), np.uint16), CAMERA), "claim 5000 x 1 pixels"),
     "constants": (container(np.full((8, 8), 9, np.uint16), CAMERA | {"R1": 0.0}), "Planck constants"),
     "not finite": (container(np.full((8, 8), 9, np.uint16), CAMERA | {"B": float("nan")}), "Planck constants"),
-    "emissivity": (container(np.full((8, 8), 15_000, np.uint16), CAMERA | {"emissivity": 0.0}), "its emissivity is 0"),
+    "emissivity": (
+        container(np.full((8, 8), 15_000, np.uint16), CAMERA | {"emissivity": 0.0}),
+        "give --degrees emissivity=0.97",
+    ),
     "reflection": (container(np.full((8, 8), 15_000, np.uint16), CAMERA | {"reflected_k": 0.0}), "is 0 K"),
     "too cold": (container(np.zeros((8, 8), np.uint16), CAMERA), "give no temperatures"),
 }
@@ -84,7 +87,7 @@ def test_what_gives_no_temperatures_is_named(tmp_path: Path, case: str) -> None:
 
 
 def test_pictures_of_dji_are_told_apart() -> None:
-    with pytest.raises(InputDataError, match="only DJI's own Thermal SDK decodes"):
+    with pytest.raises(InputDataError, match="with DJI's Thermal SDK or the package dji-thermal-cli, and give poses"):
         read_radiometric(b"\xff\xd8\xff\xe1\x00\x08DJI\0\0\0\xff\xd9")
 
 
