@@ -48,6 +48,7 @@ from aos_gcs.store.recorder import MissionRecorder
 from aos_gcs.workers.lifeline import step_back_as_session
 from aos_gcs.workers.process import open_worker
 from tests.benchmarks.figures import report
+from tests.benchmarks.processes import children, cpu_s
 from tests.fakes.api_process import Station, station
 from tests.fakes.mission import ORIGIN
 
@@ -87,33 +88,14 @@ class Usage:
 
     def spent_s(self) -> float:
         """Return it until now."""
-        return sum(map(_cpu_s, (self.pid, *_children(self.pid))))
-
-
-def _stat(pid: int) -> list[str]:
-    return Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
-
-
-def _cpu_s(pid: int) -> float:
-    fields = _stat(pid)
-    # With that of children that have ended: the worker ends when nobody watches.
-    return sum(map(int, fields[11:15])) / os.sysconf("SC_CLK_TCK")
-
-
-def _children(pid: int) -> list[int]:
-    found = []
-    for path in Path("/proc").glob("[0-9]*"):
-        with contextlib.suppress(OSError):
-            if int(_stat(int(path.name))[1]) == pid:
-                found.append(int(path.name))
-    return found
+        return sum(map(cpu_s, (self.pid, *children(self.pid))))
 
 
 def raise_sessions() -> None:
     """Put the sessions of this process and of those that it has started before those of other programs."""
     pids = [os.getpid()]
     for pid in pids:
-        pids += _children(pid)
+        pids += children(pid)
     for pid in {os.getsid(pid): pid for pid in pids}.values():
         group = Path(f"/proc/{pid}/autogroup")
         try:
