@@ -37,7 +37,7 @@ Poses = Annotated[
     Path | None,
     typer.Option(
         help='JSON: {"images": [{"imagefile": NAME, "M3x4": ROWS}, ...]}, M3x4 from world to camera. Without it, '
-        "the images are JPEG photographs with positions in their metadata.",
+        "the images are photographs (JPEG, else TIFF) with positions in their metadata.",
         rich_help_panel=PANEL,
     ),
 ]

@@ -149,7 +149,7 @@ def read_radiometric(content: bytes) -> RadiometricImage:
         if b"DJI" in content[:65_536]:
             raise InputDataError(
                 "it is a picture of DJI, whose temperatures are not decoded here: convert it to TIFF of floating-point "
-                "numbers with DJI's Thermal SDK or the package dji-thermal-cli, and give poses"
+                "numbers in a folder of their own, with DJI's Thermal SDK or the package dji-thermal-cli"
             )
         raise InputDataError("it has no radiometric data of FLIR")
     try:

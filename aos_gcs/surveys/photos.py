@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -28,7 +29,7 @@ from aos_gcs.surveys.model import Survey, SurveyImage
 _ALIKE_FOV = 1.3
 """Ratio of fields of view up to which photographs are of one camera."""
 
-SUFFIXES = frozenset({".jpg", ".jpeg"})
+_JPEG_SUFFIXES, _TIFF_SUFFIXES = frozenset({".jpg", ".jpeg"}), frozenset({".tif", ".tiff"})
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,7 +53,7 @@ def read_photos(
     frames: slice = slice(None),
     scene: Scene | None = None,
 ) -> Survey:
-    """Read the geotags of all JPEG files of a folder and of the folders in it.
+    """Read the geotags of all JPEG files of a folder and of the folders in it, or where it has none of its TIFF files.
 
     The world is east-north-up about the first photograph's place, with z = 0 on the ground.
 
@@ -76,7 +77,7 @@ def read_photos(
     paths = _photographs_in(folder)
     if not paths:
         raise InputDataError(
-            f"The folder {folder} has no JPEG photographs (.jpg, .jpeg); for other images give their --poses."
+            f"The folder {folder} has no photographs (.jpg, .jpeg, .tif, .tiff); for other images give their --poses."
         )
     count, paths = len(paths), paths[frames]
     if not paths:
@@ -84,13 +85,16 @@ def read_photos(
     photos: list[_Photo] = []
     left_out: dict[str, str] = {}
     bands: tuple[str, ...] | None = None
+    dtype: np.dtype[Any] | None = None
     by_size: dict[int, list[Path]] = {}
     for path in paths:
         try:
             photo = _read(path, ground_amsl_m, optics, lens, scene)
             _refuse_other_sensor(photo.tag.sensor, sensor)
             _refuse_copy(path, by_size.setdefault(path.stat().st_size, []))
-            bands = bands or (bands_of(read_image(path)) if scene is None else THERMAL)
+            if bands is None:
+                pixels = None if scene is not None else read_image(path)
+                bands, dtype = (THERMAL, None) if pixels is None else (bands_of(pixels), pixels.dtype)
         except InputDataError as error:
             left_out[path.relative_to(folder).as_posix()] = str(error)
             continue
@@ -98,7 +102,8 @@ def read_photos(
         by_size[path.stat().st_size].append(path)
     if bands is None:
         name, reason = next(iter(left_out.items()))
-        raise InputDataError(f"None of the {len(paths)} photographs in {folder} can be used; {name}: {reason}")
+        remedy = "; images without tags need --poses" if Path(name).suffix.lower() in _TIFF_SUFFIXES else ""
+        raise InputDataError(f"None of the {len(paths)} photographs in {folder} can be used; {name}: {reason}{remedy}")
     if sensor is None:
         _refuse_mixed(photos, folder)
     photos = _together(photos, left_out, folder)
@@ -107,19 +112,23 @@ def read_photos(
         photos[0].tag.longitude_deg,
         AmslM(float(np.median([photo.ground_amsl_m for photo in photos]))),
     )
-    images = tuple(replace(_placed(photo, LocalFrame(origin)), scene=scene) for photo in photos)
+    images = tuple(replace(_placed(photo, LocalFrame(origin)), dtype=dtype, scene=scene) for photo in photos)
     return Survey(images, bands, origin, left_out, remarks=_remarks(photos))
 
 
 def _photographs_in(folder: Path) -> list[Path]:
-    """Return the photographs of a folder and its folders; hidden ones hold thumbnails and what was deleted."""
-    return sorted(
+    """Return the photographs of a folder and its folders; hidden ones hold thumbnails and what was deleted.
+
+    TIFF files beside JPEG files are maps, or temperatures that were made of the same pictures.
+    """
+    files = sorted(
         path
         for path in folder.rglob("*")
-        if path.suffix.lower() in SUFFIXES
+        if path.suffix.lower() in _JPEG_SUFFIXES | _TIFF_SUFFIXES
         and path.is_file()
         and not any(part.startswith(".") for part in path.relative_to(folder).parts)
     )
+    return [path for path in files if path.suffix.lower() in _JPEG_SUFFIXES] or files
 
 
 def _remarks(photos: Sequence[_Photo]) -> tuple[str, ...]:

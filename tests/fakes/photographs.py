@@ -67,6 +67,12 @@ def write_photograph(path: Path, image: NDArray[np.uint8], exif: Image.Exif, xmp
     Image.fromarray(image).save(path, "JPEG", quality=100, subsampling=0, exif=exif, xmp=xmp)
 
 
+def write_temperatures(path: Path, celsius: NDArray[np.float32], exif: Image.Exif, xmp: bytes) -> None:
+    """Write a TIFF of 32-bit floating-point numbers with geotags, shape (H, W)."""
+    exif[700] = xmp
+    Image.fromarray(celsius).save(path, "TIFF", exif=exif)
+
+
 def _degrees_minutes_seconds(angle_deg: float) -> tuple[IFDRational, IFDRational, IFDRational]:
     degrees, rest = divmod(abs(angle_deg) * 60.0, 60.0)
     minutes, rest = divmod(rest, 1.0)

@@ -17,7 +17,7 @@ from aos_gcs.geometry.poses import Pose
 from aos_gcs.surveys.photos import read_photos
 from tests.fakes.command_line import exit_status
 from tests.fakes.flir_photographs import make_radiometric
-from tests.fakes.photographs import exif_block, write_photograph, xmp_packet
+from tests.fakes.photographs import exif_block, write_photograph, write_temperatures, xmp_packet
 from tests.fakes.recorded_flight import Flight
 from tests.fakes.survey_flight import CAMERA, FOCAL_35MM, HOT_M, Photographs, render
 
@@ -206,6 +206,29 @@ def test_photographs_of_different_models_are_not_averaged(tmp_path: Path, capfd:
     assert exit_status(photographs.arguments("--ortho", 0.5)) == 2
     errors = capfd.readouterr().err
     assert "(2 of the model EVO II, such as 1.jpg; 1 of the model Duo Pro R, such as 3.jpg)" in errors
+
+
+def test_temperatures_in_geotagged_tiff_files_are_used(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    photographs = Photographs(tmp_path)
+    photographs.out = tmp_path / "map.npy"
+    assert exit_status(photographs.arguments("--ortho", 0.5)) == 0
+    expected = np.load(photographs.out)
+    for name, tags in photographs.tags.items():
+        path = photographs.images / name
+        celsius = np.asarray(cv2.imread(str(path), cv2.IMREAD_UNCHANGED), dtype=np.float32) / 4.0
+        exif = exif_block(camera={0xA405: FOCAL_35MM})
+        write_temperatures(path.with_suffix(".tiff"), celsius, exif, xmp_packet(tags))
+    # Beside JPEG files they are not looked at: they show the same.
+    assert len(read_photos(photographs.images).images) == 6
+    for name in photographs.tags:
+        (photographs.images / name).unlink()
+    assert read_photos(photographs.images).bands == ("grey",)
+    assert exit_status(photographs.arguments("--ortho", 0.5, "--detector", "thermal")) == 0
+    np.testing.assert_allclose(np.load(photographs.out), expected / 4.0, atol=0.3)
+    write_photograph(photographs.images / "0.jpg", np.zeros((72, 96), np.uint8), exif_block())
+    capfd.readouterr()
+    assert exit_status(photographs.arguments("--ortho", 0.5)) == 2
+    assert "None of the 1 photographs" in capfd.readouterr().err
 
 
 def write_turned(photographs: Photographs, name: str, orientation: int) -> None:

@@ -255,7 +255,9 @@ def test_a_tag_that_all_photographs_lack_is_named(
 
 def test_a_folder_without_photographs(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     assert exit_status(["integrate", str(tmp_path), "--ortho", "1", "--out", str(tmp_path / "map.npy")]) == 2
-    assert "has no JPEG photographs (.jpg, .jpeg); for other images give their --poses" in capfd.readouterr().err
+    assert (
+        "has no photographs (.jpg, .jpeg, .tif, .tiff); for other images give their --poses" in capfd.readouterr().err
+    )
 
 
 def test_a_map_whose_place_is_not_known_is_no_geotiff(

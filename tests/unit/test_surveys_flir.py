@@ -87,7 +87,7 @@ def test_what_gives_no_temperatures_is_named(tmp_path: Path, case: str) -> None:
 
 
 def test_pictures_of_dji_are_told_apart() -> None:
-    with pytest.raises(InputDataError, match="with DJI's Thermal SDK or the package dji-thermal-cli, and give poses"):
+    with pytest.raises(InputDataError, match="with DJI's Thermal SDK or the package dji-thermal-cli"):
         read_radiometric(b"\xff\xd8\xff\xe1\x00\x08DJI\0\0\0\xff\xd9")
 
 
