@@ -260,6 +260,12 @@ def test_a_folder_without_photographs(tmp_path: Path, capfd: pytest.CaptureFixtu
     )
 
 
+def test_tiff_files_without_tags_need_poses(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    cv2.imwrite(str(tmp_path / "0.tif"), np.zeros((8, 8), np.uint8))
+    assert exit_status(["integrate", str(tmp_path), "--ortho", "1", "--out", str(tmp_path / "map.npy")]) == 2
+    assert_found(r"0\.tif: it has no GPSLatitude.*; images without tags need --poses", capfd.readouterr().err)
+
+
 def test_a_map_whose_place_is_not_known_is_no_geotiff(
     photographs: Photographs, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:

@@ -3,9 +3,11 @@ from __future__ import annotations
 import asyncio
 import math
 
+import numpy as np
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from aos_drivers.frames.files.images import Image
 from aos_drivers.frames.settings import CameraPlan, CameraSettings
 from aos_drivers.vehicle.cameras.component_record import CameraRecord
 from aos_gcs.errors import CaptureError
@@ -27,6 +29,24 @@ async def test_an_image_comes_with_pose_time_and_camera() -> None:
     assert (capture.camera.width_px, capture.camera.height_px) == (32, 24)
     assert capture.camera.horizontal_fov_rad == pytest.approx(2 * math.atan(0.5))
     assert fetcher.asked == [(URL, "10.0.0.1")]
+
+
+async def test_a_black_frame_of_a_colour_camera_has_its_three_bands() -> None:
+    """The fetcher reads three equal channels as one."""
+
+    class Colours(RecordedFetcher):
+        async def fetch(self, url: str, host: str, deadline_s: float) -> tuple[Image, tuple[str, ...]]:
+            if self.asked:
+                return await super().fetch(url, host, deadline_s)
+            self.asked.append((url, host))
+            return np.zeros((24, 32, 3), np.uint8), ("red", "green", "blue")
+
+    async with open_network(CameraVehicle(), fetcher=Colours()) as network:
+        await settle(network)
+        captures = [await network.vehicle().capture(10.0) for _ in range(2)]
+    assert [(capture.bands, capture.image.shape) for capture in captures] == [
+        (("red", "green", "blue"), (24, 32, 3))
+    ] * 2
 
 
 async def test_a_lost_message_about_the_image_is_asked_for_again() -> None:
