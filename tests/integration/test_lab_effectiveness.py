@@ -95,7 +95,7 @@ def test_the_command_fits_a_model_of_persons_to_several_studies(tmp_path: Path) 
     fitted = read_model(model)
     assert fitted.fitted_to == "6 scenes at 300 trees/ha, seeds 0 to 5"
     assert fitted.fitted_on
-    assert person_confidence(person, fitted) > 0.8
+    assert person_confidence(person, fitted) > 0.7
     assert person_confidence(deer, fitted) < 0.2
     judged = CliRunner().invoke(lab, [*command, "--folds", "3"], catch_exceptions=False)
     assert judged.stdout.startswith(done.stdout)

@@ -18,6 +18,8 @@ pytestmark = pytest.mark.looptime
 STONE = (4.0, 25.0, 18.0)
 """East, north and temperature of a stone; the ground has 12 degrees."""
 PERSON = (-3.0, 48.0, 28.0)
+NO_PERSON = {FindingKind.WARM_OBJECT, FindingKind.ANIMAL}
+"""What a stone is taken for by the latest look: a guess."""
 GOES_ON = DetectionSettings(threshold_m2=0.3, found_min_count=2, look_steps=8)
 
 
@@ -41,14 +43,15 @@ async def test_a_warm_stone_is_looked_at_once_and_left() -> None:
     async with flying(flight) as run:
         assert await run is Outcome.NOT_FOUND
     (stone,) = findings(flight)
-    assert stone.kind is FindingKind.WARM_OBJECT
+    assert stone.kind in NO_PERSON
     assert stone.position_enu_m[:2] == pytest.approx(STONE[:2], abs=1.0)
     assert stone.person_confidence is not None
     assert stone.person_confidence < 0.5
     assert any("warmer than its surroundings" in reason for reason in stone.reasons)
     assert announced(flight) == []
     assert 0 < sum(step.phase is Phase.CONVERGE for step in flight.view.steps()) < GOES_ON.look_steps + 1
-    assert any(text.startswith("Warm object?") and text.endswith("The search goes on") for text in flight.texts())
+    left = [text for text in flight.texts() if text.endswith("The search goes on")]
+    assert [text.split("?")[0] for text in left] in (["Warm object"], ["Animal"])
     assert any("whole area was scanned, nothing was found" in text for text in flight.texts())
 
 
@@ -58,7 +61,8 @@ async def test_behind_a_stone_a_person_is_found_and_the_search_goes_on_to_the_en
         assert await run is Outcome.FOUND
     person = next(finding for finding in findings(flight) if finding.kind is FindingKind.PERSON)
     assert person.position_enu_m[:2] == pytest.approx(PERSON[:2], abs=1.0)
-    assert {finding.kind for finding in findings(flight)} == {FindingKind.WARM_OBJECT, FindingKind.PERSON}
+    assert {finding.kind for finding in findings(flight)} - NO_PERSON == {FindingKind.PERSON}
+    assert len(findings(flight)) == 2
     assert len(announced(flight)) == 1
     assert any("whole area was scanned, 1 possible person was found" in text for text in flight.texts())
     assert flight.recorder.outcome is not None

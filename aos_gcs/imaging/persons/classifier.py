@@ -42,10 +42,10 @@ MAX_CONTRAST_K = 40.0
 """Skin is at most 37 °C warm, and surroundings in which people are searched for seldom colder than -3 °C."""
 MIN_VEHICLES = 2
 """Vehicles that must agree; one alone may see a defective pixel, or a piece of another body beside its place."""
-DAY_SIGMA_K = 1.5
+DAY_SIGMA_K = 2.0
 """Standard deviation of the contrasts of a day about those of the days that a model is fitted to: the air is warmer or
 cooler, and the sun has shone for longer. An assumption."""
-_DAYS_K, _DAYS_WEIGHT = np.polynomial.hermite_e.hermegauss(5) * np.array(
+_DAYS_K, _DAYS_WEIGHT = np.polynomial.hermite_e.hermegauss(7) * np.array(
     [[DAY_SIGMA_K], [1.0 / math.sqrt(2.0 * math.pi)]]
 )
 """Such differences, and their weights in a mean over days."""

@@ -25,7 +25,7 @@ from aos_gcs.imaging.persons.kinds import log_ratio
 
 DECISION = 0.5
 """Probability from which a body counts as a person."""
-TOGETHER = 0.65
+TOGETHER = 0.6
 """Probability from which several looks together are of a person: of a hot stone that is looked at for minutes, the
 worst moment counts, and half a chance in each of them is not enough."""
 SURELY_OTHER = 0.01

@@ -35,8 +35,8 @@ APART_M = 2.0
 """Size of the cell within which the places of one vehicle are one vantage point: a projected twig wide or more."""
 MAX_VANTAGE_POINTS = 120
 """Vantage points whose frames are kept, the latest ones: as many places of ten vehicles as a close look takes."""
-MIN_PIXELS = 6
-"""Warm pixels of a frame that tell more than that something is there."""
+MIN_PIXELS = 3
+"""Warm pixels of a frame that tell more than that something is there: the fewest that have two axes."""
 MAX_EXTENT_M = 2.5
 """Extent of what one frame shows from which it is more than one body."""
 _UNIFORM = math.sqrt(12.0)

@@ -73,12 +73,15 @@ class _Kind:
             * warmth
             * self.length_m.log_density(form.length_m, _LENGTH_NOISE * noise)
             * self.slenderness.log_density(form.width_m / form.length_m, _SLENDERNESS_NOISE * noise)
-            * self.heights_m2.density(form.heights_m2, form.heights_sigma_m2)
+            * self.heights_m2.density(max(form.heights_m2, _LEAST_HEIGHTS_M2), form.heights_sigma_m2)
         )
 
 
 _LEAST_SPREAD_K = 0.3
 _LEAST_SHARE = 0.01
+_LEAST_HEIGHTS_M2 = -0.05
+"""Estimated variance of heights below which it says no more: no variance is negative, and leaves, which hide more of
+what is seen from the side, lower the estimate for all kinds alike."""
 _EVEN = _Normal(0.15, 0.8)
 """Share of hot pixels of what is equally warm all over: it means nothing there."""
 _CLAD = (
