@@ -30,7 +30,7 @@ from aos_gcs.api.routers.events import follow_events
 from aos_gcs.api.server import serve
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import LinkError
-from aos_gcs.mission.model.events import EventKind
+from aos_gcs.mission.model.events import EventKind, PicturesRecord
 from aos_gcs.mission.model.steps import PictureKind
 from aos_gcs.ports import Severity
 from tests.fakes.app import app_of, client_at, stream_at
@@ -254,6 +254,23 @@ async def test_after_a_gap_beyond_the_store_the_whole_state_comes(mission: Scrip
     await asyncio.sleep(0.01)
     assert missed(hub, 0).hello is not None
     assert len(missed(hub, 1).events) == EVENTS_KEPT
+    running.cancel()
+
+
+async def test_each_picture_has_an_address_of_its_own_also_within_a_step(mission: ScriptedMission) -> None:
+    hub = EventHub(mission)
+    running = asyncio.create_task(hub.run())
+    await asyncio.sleep(0)
+    record = PicturesRecord(1, (PictureKind.VIEWS,), 0.0, 0.0, 9.0, 9.0)
+    mission.make_step()
+    for _ in range(2):
+        mission.stream.publish(EventKind.PICTURES, record)
+    await asyncio.sleep(0)
+    events = [event for event in missed(hub, 0).events if event.kind == "pictures"]
+    urls = [picture.url for event in events for picture in event.pictures if picture.kind is PictureKind.VIEWS]
+    assert urls == [f"/api/mission/pictures/views.png?step=1&seq={event.seq}" for event in events]
+    assert len(set(urls)) == 3
+    assert [one.url for one in hub.hello().pictures if one.kind is PictureKind.VIEWS] == urls[-1:]
     running.cancel()
 
 

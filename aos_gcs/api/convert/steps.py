@@ -67,9 +67,16 @@ def waypoints(records: Sequence[WaypointRecord], origin: GeodeticPosition | None
 
 
 def pictures(
-    kinds: Iterable[PictureKind], bounds: Picture | PicturesRecord, origin: GeodeticPosition | None
+    kinds: Iterable[PictureKind], bounds: Picture | PicturesRecord, origin: GeodeticPosition | None, seq: int
 ) -> list[PictureModel]:
-    """Describe rasters of one step that share their bounds."""
+    """Describe rasters of one step that share their bounds.
+
+    Args:
+        kinds: kinds of the rasters.
+        bounds: their step and bounds.
+        origin: origin of the mission's frame.
+        seq: number of the event that announced them: each picture of a step that has several has its own address.
+    """
     corners_enu_m = (
         (bounds.west_m, bounds.north_m),
         (bounds.east_m, bounds.north_m),
@@ -79,7 +86,10 @@ def pictures(
     corners = [vertex(corner, origin) for corner in corners_enu_m]
     return [
         PictureModel(
-            kind=kind, step=bounds.step, url=f"/api/mission/pictures/{kind}.png?step={bounds.step}", corners=corners
+            kind=kind,
+            step=bounds.step,
+            url=f"/api/mission/pictures/{kind}.png?step={bounds.step}&seq={seq}",
+            corners=corners,
         )
         for kind in kinds
     ]

@@ -102,6 +102,8 @@ class EventHub:
         self._events: deque[tuple[int, str]] = deque(maxlen=EVENTS_KEPT)
         """Number and text of the latest events."""
         self._figures: dict[int, StepFiguresModel] = {}
+        self._announced: dict[PictureKind, int] = {}
+        """Number of the event that announced the latest picture of a kind."""
         self._seq = 0
         self._capabilities = capabilities
         self._now_s = now_s
@@ -285,7 +287,7 @@ class EventHub:
             described
             for picture in found
             if picture is not None
-            for described in picture_models([picture.kind], picture, origin)
+            for described in picture_models([picture.kind], picture, origin, self._announced.get(picture.kind, 0))
         ]
 
     def _convert(self, event: Event) -> messages.EventMessage:
@@ -299,6 +301,7 @@ class EventHub:
         if isinstance(data, PlanRecord):
             return messages.PlanMessage(seq=seq, utc_s=utc_s, operator=data.operator)
         if isinstance(data, PicturesRecord):
-            origin = self._origin()
-            return messages.PicturesMessage(seq=seq, utc_s=utc_s, pictures=picture_models(data.kinds, data, origin))
+            self._announced |= dict.fromkeys(data.kinds, seq)
+            described = picture_models(data.kinds, data, self._origin(), seq)
+            return messages.PicturesMessage(seq=seq, utc_s=utc_s, pictures=described)
         raise TypeError(f"{event.kind} is not an event for clients")
