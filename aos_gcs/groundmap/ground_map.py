@@ -2,7 +2,7 @@
 
 Buffered: yes, ``TILES_IN_MEMORY`` tiles, and those that the latest ``FRAMES_IN_USE`` frames have touched; when full:
 the one that was touched the longest ago goes to the disk, and comes back when a frame shows it again. The numbers of
-views of all tiles stay in memory, 1 kB each.
+views of all tiles stay in memory, 1 kB each, and the forest floor in few cells.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from aos_gcs.errors import InputDataError, RecordingError
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.groundmap.directions import ViewDirections
+from aos_gcs.groundmap.floor import ForestFloor
 from aos_gcs.groundmap.projected import ProjectedFrame, project_frame
 from aos_gcs.groundmap.tile import (
     COLOURS_PER_CELL,
@@ -79,6 +80,7 @@ class GroundMap:
         self._unwritten: set[TileIndex] = set()
         self._last_frames: dict[TileIndex, int] = {}
         """Number of the latest frame that has touched a tile in memory; none where it was read only."""
+        self._floor = ForestFloor(views)
 
     @property
     def views(self) -> dict[TileIndex, NDArray[np.uint8]]:
@@ -97,6 +99,7 @@ class GroundMap:
             tile = self._tile(index)
             self._unwritten.add(index)
             self._last_frames[index] = self.header.frames
+            self._floor.mark(index)
             tile.mark_seen(there, projected.squares[here], projected.seen[here])
             _add_values(tile, frame.bands, projected, here, there)
         self.header = replace(self.header, frames=self.header.frames + 1)
@@ -118,6 +121,14 @@ class GroundMap:
         """Return a tile for reading; None where nothing was searched."""
         return self._tile(index) if index in self._views else None
 
+    def floor(self) -> ForestFloor:
+        """Return the forest floor as it is now; of a map that goes on, :attr:`ForestFloor.stale` is read later."""
+        self._floor.catch_up(self._tiles.items(), self._read)
+        return self._floor
+
+    def _read(self, index: TileIndex) -> Tile:
+        return _read_or_drop(tile_path(self._folder, index), Tile.empty(self._directions.byte_count))
+
     def _tile(self, index: TileIndex) -> Tile:
         if index in self._tiles:
             self._tiles.move_to_end(index)
@@ -129,10 +140,9 @@ class GroundMap:
             if oldest in self._unwritten:
                 self._write(oldest)
             self._last_frames.pop(oldest, None)
+            self._floor.keep(oldest, self._tiles[oldest])
             del self._tiles[oldest]
-        tile = Tile.empty(self._directions.byte_count)
-        if index in self._views:
-            tile = _read_or_drop(tile_path(self._folder, index), tile)
+        tile = self._read(index) if index in self._views else Tile.empty(self._directions.byte_count)
         # The map's own numbers of views are those of the tile, so that both change together.
         self._tiles[index], self._views[index] = tile, tile.views
         return tile

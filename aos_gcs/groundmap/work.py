@@ -55,6 +55,10 @@ class GroundReport:
     """Figures in which these frames alone are left out that could not be used."""
     pictures: tuple[RasterPicture, ...]
     """Pictures of the map; empty where none were asked for, or nothing was searched."""
+    floor: RasterPicture | None
+    """Picture of the forest floor; None where none was asked for, or nothing was searched."""
+    is_floor_whole: bool
+    """Whether that has all tiles; the next one has more of them."""
     unwritten: str
     """Why the map on the disk lacks something; empty otherwise."""
     has_parts: bool
@@ -107,7 +111,15 @@ def add_frames(
     if has_parts:
         figures = with_parts(figures, raster, area)
     rendered = ground_pictures(raster, area.occlusion) if pictures and ground.views else ()
-    return GroundReport(figures, rendered, unwritten, has_parts)
+    floor = ground.floor() if pictures else None
+    return GroundReport(
+        figures=figures,
+        pictures=rendered,
+        floor=None if floor is None else floor.picture(),
+        is_floor_whole=floor is None or not floor.stale,
+        unwritten=unwritten,
+        has_parts=has_parts,
+    )
 
 
 def with_parts(figures: GroundFigures, raster: ViewRaster, area: SearchedArea) -> GroundFigures:

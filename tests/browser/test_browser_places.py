@@ -114,7 +114,7 @@ async def test_pictures_footprints_and_ellipses_lie_at_their_true_places(
     east_m, north_m = (picture.west_m + picture.east_m) / 2, (picture.south_m + picture.north_m) / 2
     radius_m = COVERED_SHARE * (picture.east_m - picture.west_m)
     covered = await box_of(places, east_m - radius_m, north_m - radius_m, east_m + radius_m, north_m + radius_m)
-    for kind in ("integral", "coverage", "visibility"):
+    for kind in ("integral", "coverage", "visibility", "floor"):
         box = await changed_box(map_page, places, [], kind)
         np.testing.assert_allclose(box, covered, atol=TOLERANCE_PX, err_msg=kind)
 

@@ -37,6 +37,7 @@ def paint(
         PictureKind.COVERAGE: np.stack([60 + 0 * person, 80 + 120 * foliage, 140 + 0 * person], -1),
         PictureKind.VIEWS: np.stack([60 + 0 * person, 140 + 80 * foliage, 130 + 0 * person], -1),
         PictureKind.DETECTION: np.stack([180 + 60 * foliage, 200 + 0 * person, 40 + 0 * person], -1),
+        PictureKind.FLOOR: np.stack([50 + 40 * foliage, 70 + 50 * foliage, 90 + 60 * foliage], -1),
         PictureKind.PRIOR: np.stack([200 + 0 * person, 60 + 80 * foliage, 120 + 0 * person], -1),
         PictureKind.VISIBILITY: np.stack([60 + 160 * foliage, 80 + 120 * foliage, 60 + 0 * person], -1),
     }[kind]

@@ -12,6 +12,7 @@ import pytest
 
 from aos_gcs.errors import WorkerError
 from aos_gcs.geometry.projection import Plane
+from aos_gcs.groundmap import floor
 from aos_gcs.groundmap.ground_map import read_header
 from aos_gcs.groundmap.work import GroundReport
 from aos_gcs.mission.model.actions import Action
@@ -80,7 +81,7 @@ async def test_what_a_mission_searches_is_on_the_map_and_on_the_disk(tmp_path: P
     assert ground.detection is not None
     assert 0.0 < ground.detection.standing < ground.detection.lying < 1.0
     kinds = {picture.kind for picture in flight.recorder.pictures}
-    assert {PictureKind.VIEWS, PictureKind.DETECTION} <= kinds
+    assert {PictureKind.VIEWS, PictureKind.DETECTION, PictureKind.FLOOR} <= kinds
     assert read_header(place.folder).frames == ground.frames
 
 
@@ -113,6 +114,7 @@ async def test_the_next_sortie_shows_the_map_before_it_starts_and_adds_to_it(tmp
         assert ground is not None
         assert ground.frames == frames
         assert second.view.picture(PictureKind.VIEWS) is not None
+        assert second.view.picture(PictureKind.FLOOR) is not None
         await second.commands.act(Action.START, None)
         await second.until(lambda: len(second.view.steps()) >= 1)
         await second.commands.act(Action.RETURN, None)
@@ -138,6 +140,28 @@ async def test_a_flight_that_is_taken_up_goes_on_with_its_map_and_another_does_n
             assert ground.frames == (frames if is_taken_up else 0)
             await second.commands.act(Action.ABORT, None)
             await run
+
+
+async def test_a_former_floor_is_drawn_until_it_is_whole_also_before_the_start(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first = prepare(3, target=None, ground=GroundPlace(ThreadWorker(), tmp_path / "one"))
+    await search(first, 2)
+    monkeypatch.setattr(floor, "READ_AT_ONCE", 1)
+    mapper = Mapper()
+    place = GroundPlace(mapper, tmp_path / "two", interrupted=tmp_path / "one")
+    second = prepare(3, target=None, auto_start=False, pictures=True, ground=place)
+    async with flying(second) as run:
+        await second.until(lambda: second.mission.phase is Phase.READY)
+        mapping_of(second).take_up()
+        await second.until(lambda: len(mapper.reports) > 1 and mapper.reports[-1].is_floor_whole)
+        await second.clock.sleep(5.0)
+        drawn = [report for report in mapper.reports if report.floor is not None]
+        assert [report.is_floor_whole for report in drawn] == [*[False] * (len(drawn) - 1), True]
+        assert len(drawn) > 1
+        assert second.view.picture(PictureKind.FLOOR) is not None
+        await second.commands.act(Action.ABORT, None)
+        await run
 
 
 async def test_a_map_that_is_slow_delays_nothing_and_counts_what_it_leaves_out(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 import type { LineString } from "geojson";
 import { afterEach, expect, test, vi } from "vitest";
+import { overlayOf } from "../src/map/layer_switch";
 import { areaLayer } from "../src/map/layers/area";
 import { gridLayer } from "../src/map/layers/grid";
 import { homesLayer } from "../src/map/layers/homes";
@@ -11,6 +12,7 @@ import { trailsLayer } from "../src/map/layers/trails";
 import { vehiclesLayer } from "../src/map/layers/vehicles";
 import { waypointsLayer } from "../src/map/layers/waypoints";
 import { INITIAL_STATE } from "../src/state/state";
+import { texts } from "../src/texts";
 import { drawn, FakeMap, ORIGIN, scene } from "./fake_map";
 import { mission, position, step, target, vehicle } from "./samples";
 
@@ -98,6 +100,17 @@ test("a picture that was replaced while it was hidden is the new one when it is 
   map.attach(pictureLayer).update(shownWith(0.5, "b.png"));
   expect(map.images.at(-1)).toBe("b.png");
   expect(map.properties.slice(4)).toEqual(["visibility: visible", "raster-opacity: 0.5"]);
+});
+
+test("the forest floor can be chosen as the image on the ground", () => {
+  const map = new FakeMap();
+  const layer = map.attach(pictureLayer);
+  const pictures = { floor: { kind: "floor" as const, step: 1, url: "floor.png", corners: CORNERS } };
+  const choice = { hidden: new Set<string>(), kind: "floor" as const, opacity: 0.5 };
+  layer.update(scene({ state: { ...INITIAL_STATE, pictures }, overlay: overlayOf(choice) }));
+  expect(map.images).toEqual(["floor.png"]);
+  expect(map.properties).toEqual(["visibility: visible", "raster-opacity: 0.5"]);
+  expect(texts.names.picture.floor).toBe("Forest floor");
 });
 
 test("a picture on its way is not given up for the next one before 20 s", () => {

@@ -78,6 +78,8 @@ class PictureKind(StrEnum):
     """Number of independent views of each place that was searched, in this sortie and those before it."""
     DETECTION = "detection"
     """Probability that a standing person there would have been marked by them, under the configured canopy."""
+    FLOOR = "floor"
+    """Mean colour of each place that was searched, or its mean temperature where no frame has colours."""
     PRIOR = "prior"
     """Probability before the search that the person is at a place of the search area, as the configured file has it."""
 

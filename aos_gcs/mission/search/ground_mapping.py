@@ -279,6 +279,10 @@ class GroundMapping:
             await self._look_ahead()
         if report.pictures:
             await self._gallery.publish(self._step, report.pictures)
+        if report.floor is not None:
+            self._is_pictured = self._is_pictured and report.is_floor_whole
+            # Apart from the others: it has bounds of its own.
+            await self._gallery.publish(self._step, (report.floor,))
 
     async def _show_prior(self, prior: AreaPrior | None) -> None:
         """Publish the picture of a prior that has not been shown yet."""

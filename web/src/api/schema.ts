@@ -2194,7 +2194,8 @@ export interface components {
      * @description The rasters that are shown live.
      * @enum {string}
      */
-    PictureKind: "integral" | "thermal" | "anomaly" | "coverage" | "visibility" | "views" | "detection" | "prior";
+    PictureKind:
+      "integral" | "thermal" | "anomaly" | "coverage" | "visibility" | "views" | "detection" | "floor" | "prior";
     /**
      * PictureModel
      * @description A raster that can be fetched, and where it lies on the ground.

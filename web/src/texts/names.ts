@@ -92,6 +92,7 @@ const PICTURE: Readonly<Record<PictureKind, string>> = {
   visibility: "Visibility",
   views: "Independent views",
   detection: "Probability of detection",
+  floor: "Forest floor",
   prior: "Probability before the search",
 };
 

@@ -68,6 +68,7 @@ export const names: Texts["names"] = {
     visibility: "Sichtbarkeit",
     views: "Blicke",
     detection: "Entdeckung",
+    floor: "Waldboden",
     prior: "Vorwissen",
   },
   frame: { colour: "Farbe", thermal: "Wärme" },
