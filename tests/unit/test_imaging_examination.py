@@ -54,6 +54,19 @@ def test_frames_cover_what_their_integral_has_without_their_images(taken: list[F
     assert integral.coverage.max() == 4
 
 
+def test_temperatures_and_grey_levels_are_not_mixed_in_one_step() -> None:
+    measured, plain = frames(PINHOLE), frames(PINHOLE, dtype=np.uint8)
+    analysis = analyse_step([plain[0], *measured[1:]], SETTINGS)
+    assert sorted(analysis.skipped) == [1]
+    assert "thermal holds grey levels, others have temperatures" in analysis.skipped[1]
+    assert analysis.vehicle_ids == (2, 3, 4)
+    assert "thermal holds temperatures, others have grey levels" in (
+        analyse_step([measured[0], *plain[1:]], SETTINGS).skipped[1]
+    )
+    grey = [dataclasses.replace(f, bands=("grey", "red")) for f in (measured[0], *plain[1:])]
+    assert not analyse_step(grey, SETTINGS).skipped, "colours have no unit"
+
+
 def test_a_frame_is_examined_before_its_pose_is_known_for_good() -> None:
     reported = frames(PINHOLE)
     corrected = [

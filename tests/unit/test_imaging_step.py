@@ -220,9 +220,9 @@ def test_frames_of_other_sizes_and_depths_are_used_together() -> None:
     frames = swarm()
     coarse = CameraModel.from_fov(64, 64, np.radians(50.0))
     image = frames[0].image.reshape(64, 2, 64, 2, 4).mean(axis=(1, 3), dtype=np.float32)
-    whole = dataclasses.replace(frames[1], image=frames[1].image.round().astype(np.uint16))
-    bytes_only = dataclasses.replace(frames[2], image=frames[2].image.round().clip(0, 255).astype(np.uint8))
-    mixed = [dataclasses.replace(frames[0], image=image, camera=coarse), whole, bytes_only, *frames[3:]]
+    whole = dataclasses.replace(frames[0], image=image.round().astype(np.uint16), camera=coarse)
+    bytes_only = [dataclasses.replace(f, image=f.image.round().clip(0, 255).astype(np.uint8)) for f in frames[1:]]
+    mixed = [whole, *bytes_only]
     analysis = analyse_step(mixed, SETTINGS)
     assert not analysis.skipped
     assert analysis.blob is not None

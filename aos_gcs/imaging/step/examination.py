@@ -46,6 +46,8 @@ class ExaminedFrame:
     gaps: NDArray[np.uint8] | None
     """Pixels with a band that is not finite, one bit for each, row by row; None where there is none."""
     speed_mps: float = 0.0
+    tells_temperatures: bool = False
+    """Whether its band ``thermal`` holds temperatures, and no grey levels."""
 
     def mask(self) -> NDArray[np.uint8]:
         """Return what the detector marks, shape (H, W), 1 where the image is anomalous.
@@ -97,6 +99,7 @@ def examine(frame: Frame, settings: ImagingSettings) -> ExaminedFrame:
         undetectable=undetectable,
         gaps=_gaps(image) if fits and not fault else None,
         speed_mps=frame.speed_mps,
+        tells_temperatures="thermal" in frame.bands and image.dtype.kind == "f",
     )
 
 

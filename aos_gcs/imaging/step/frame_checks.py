@@ -25,7 +25,7 @@ class UsableFrames:
     """The frames of a step that can be integrated."""
 
     frames: tuple[ExaminedFrame, ...]
-    """One frame or more; all have the same bands."""
+    """One frame or more; all have the same bands, and temperatures or grey levels in ``thermal``."""
     skipped: Mapping[int, str]
     """Reason why a frame cannot be used, by vehicle."""
 
@@ -43,11 +43,11 @@ def usable_frames(frames: Sequence[ExaminedFrame], plane_height_m: float) -> Usa
     """
     if not frames:
         raise ImagingError("There is no frame to analyse: give at least one.")
-    bands = Counter(frame.bands for frame in frames).most_common(1)[0][0]
+    bands, tell_temperatures = Counter((frame.bands, frame.tells_temperatures) for frame in frames).most_common(1)[0][0]
     usable, skipped = [], {}
     for frame in frames:
         try:
-            _check_usable(frame, bands, plane_height_m)
+            _check_usable(frame, bands, plane_height_m, tell_temperatures=tell_temperatures)
         except ImagingError as error:
             skipped[frame.vehicle_id] = str(error)
         else:
@@ -58,7 +58,9 @@ def usable_frames(frames: Sequence[ExaminedFrame], plane_height_m: float) -> Usa
     return UsableFrames(tuple(usable), skipped)
 
 
-def _check_usable(frame: ExaminedFrame, bands: tuple[str, ...], plane_height_m: float) -> None:
+def _check_usable(
+    frame: ExaminedFrame, bands: tuple[str, ...], plane_height_m: float, *, tell_temperatures: bool
+) -> None:
     """Refuse a frame that cannot be integrated.
 
     Raises:
@@ -74,6 +76,10 @@ def _check_usable(frame: ExaminedFrame, bands: tuple[str, ...], plane_height_m: 
         )
     if frame.fault:
         raise ImagingError(frame.fault)
+    if frame.tells_temperatures and not tell_temperatures:
+        raise ImagingError("its band thermal holds temperatures, others have grey levels: have all cameras deliver one")
+    if tell_temperatures and not frame.tells_temperatures:
+        raise ImagingError("its band thermal holds grey levels, others have temperatures: have all cameras deliver one")
 
 
 def _check_camera(camera: CameraModel) -> None:

@@ -8,6 +8,14 @@ export const pictures: readonly StationText[] = [
     "The frame of vehicle {id} shows the ground too flat, or not at all.",
     "Das Bild der Drohne {id} zeigt den Boden zu flach oder gar nicht.",
   ],
+  [
+    "its band thermal holds temperatures, others have grey levels: have all cameras deliver one",
+    "sein Kanal thermal enthält Temperaturen, andere haben Grauwerte: alle Kameras auf das Gleiche einstellen",
+  ],
+  [
+    "its band thermal holds grey levels, others have temperatures: have all cameras deliver one",
+    "sein Kanal thermal enthält Grauwerte, andere haben Temperaturen: alle Kameras auf das Gleiche einstellen",
+  ],
   ["No frame can be used ({reasons}).", "Kein Bild ist verwendbar ({reasons})."],
   ["There is no frame to analyse: give at least one.", "Kein Bild zum Auswerten: mindestens eines angeben."],
   ["There is no frame to integrate: give at least one.", "Kein Bild für das Integral: mindestens eines angeben."],
