@@ -29,7 +29,7 @@ STAGE_S = 50.0
 
 
 @dataclass(frozen=True)
-class Verdict:
+class FlightVerdict:
     """Result of one mission."""
 
     scenario: Scenario
@@ -43,16 +43,16 @@ class Verdict:
     """Notices and faults with their times."""
 
 
-def fly(scenario: Scenario) -> Verdict:
+def fly(scenario: Scenario) -> FlightVerdict:
     """Fly a scenario in virtual time."""
     with tempfile.TemporaryDirectory(prefix="campaign-", dir=_MEMORY if _MEMORY.is_dir() else None) as folder:
         try:
             return run(_fly(scenario, Path(folder)))
         except Exception as error:  # whatever it is: the other missions go on
-            return Verdict(scenario, (Violation("exception", 0.0, f"the mission broke off: {error!r}"),))
+            return FlightVerdict(scenario, (Violation("exception", 0.0, f"the mission broke off: {error!r}"),))
 
 
-async def _fly(scenario: Scenario, folder: Path) -> Verdict:
+async def _fly(scenario: Scenario, folder: Path) -> FlightVerdict:
     trace: list[str] = []
     can_freeze = any(isinstance(fault, Freeze) for fault in scenario.faults)
     world = World(
@@ -84,7 +84,7 @@ async def _fly(scenario: Scenario, folder: Path) -> Verdict:
         collector.cancel()
         duration_s = world.now_s()
     violations = tuple(world.oracle.violations.values())
-    return Verdict(scenario, violations, refused, outcome, world.oracle.smallest_m, duration_s, tuple(trace))
+    return FlightVerdict(scenario, violations, refused, outcome, world.oracle.smallest_m, duration_s, tuple(trace))
 
 
 async def _occur(world: World, fault: Fault, trace: list[str]) -> None:

@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Iterable
 
 from tests.campaign.faults import KNOWN_DEFECTS
-from tests.campaign.flight import Verdict, fly
+from tests.campaign.flight import FlightVerdict, fly
 from tests.campaign.scenario import draw
 from tests.campaign.shrink import shrink
 
@@ -32,7 +32,7 @@ def fly_all(seeds: Iterable[int], jobs: int, is_shrunk: bool) -> int:
     """Fly the missions of many seeds and print what failed; return the exit status."""
     _be_quiet()
     started_s, results, cpu_s = time.monotonic(), Counter[str](), 0.0
-    failed: list[Verdict] = []
+    failed: list[FlightVerdict] = []
     with multiprocessing.get_context("spawn").Pool(jobs, initializer=_be_quiet) as pool:
         for verdict, took_s in pool.imap_unordered(_fly_seed, [(seed, is_shrunk) for seed in seeds]):
             cpu_s += took_s
@@ -65,7 +65,7 @@ def _be_quiet() -> None:
     logging.lastResort = None
 
 
-def _fly_seed(task: tuple[int, bool]) -> tuple[Verdict, float]:
+def _fly_seed(task: tuple[int, bool]) -> tuple[FlightVerdict, float]:
     seed, is_shrunk = task
     before_s = time.process_time()
     verdict = fly(draw(seed))
@@ -77,7 +77,7 @@ def _counts(counts: Counter[str]) -> str:
     return ", ".join(f"{count} {name}" for name, count in counts.most_common())
 
 
-def describe(verdict: Verdict) -> str:
+def describe(verdict: FlightVerdict) -> str:
     """Return the scenario of a mission, its latest notices, and what must not have happened."""
     trace = [f"    {line}" for line in verdict.trace[-TRACE_LINES:]]
     violations = [f"  => {violation}" for violation in verdict.violations]

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from tests.campaign.flight import Verdict, fly
+from tests.campaign.flight import FlightVerdict, fly
 
 
-def shrink(verdict: Verdict) -> Verdict:
+def shrink(verdict: FlightVerdict) -> FlightVerdict:
     """Drop one fault after the other for as long as a violation of the same kind is left."""
     kinds = {violation.kind for violation in verdict.violations}
     for fault in verdict.scenario.faults:

@@ -27,7 +27,7 @@ from tests.campaign.faults.base import Fault
 from tests.campaign.faults.people import OperatorActs, PilotHovers
 from tests.campaign.faults.sensors import HeightReset, HeightRunsAway
 from tests.campaign.faults.station import Kill
-from tests.campaign.flight import Verdict, fly
+from tests.campaign.flight import FlightVerdict, fly
 from tests.campaign.oracle import PILOT_GRACE_S, Oracle
 from tests.campaign.runner import describe
 from tests.campaign.scenario import Scenario, draw
@@ -108,7 +108,7 @@ CALM = Scenario(0, "arducopter", 2, "none", 2.5, upload_fence=False, faults=())
 
 
 @cache
-def flown(seed: int) -> Verdict:
+def flown(seed: int) -> FlightVerdict:
     return fly(draw(seed))
 
 
@@ -141,7 +141,7 @@ def test_a_seed_repeats_its_mission_exactly() -> None:
 
 @pytest.mark.parametrize(("refused", "status"), [("preflight", 1), ("", 0)])
 def test_a_campaign_that_launches_nothing_fails(monkeypatch: pytest.MonkeyPatch, refused: str, status: int) -> None:
-    monkeypatch.setattr(runner, "fly", lambda scenario: Verdict(scenario, (), refused, "found"))
+    monkeypatch.setattr(runner, "fly", lambda scenario: FlightVerdict(scenario, (), refused, "found"))
     monkeypatch.setattr(runner, "_be_quiet", lambda: None)
     in_this_process = SimpleNamespace(Pool=lambda *_, **__: nullcontext(SimpleNamespace(imap_unordered=map)))
     monkeypatch.setattr("multiprocessing.get_context", lambda _: in_this_process)
@@ -363,5 +363,5 @@ def test_a_mission_that_breaks_off_is_seen(monkeypatch: pytest.MonkeyPatch) -> N
     assert "of a test" in _kinds(fly(CALM))["exception"]
 
 
-def _kinds(verdict: Verdict) -> dict[str, str]:
+def _kinds(verdict: FlightVerdict) -> dict[str, str]:
     return {violation.kind: violation.text for violation in verdict.violations}

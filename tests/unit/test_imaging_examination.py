@@ -60,8 +60,9 @@ def test_temperatures_and_grey_levels_are_not_mixed_in_one_step() -> None:
     assert sorted(analysis.skipped) == [1]
     assert "thermal holds grey levels, others have temperatures" in analysis.skipped[1]
     assert analysis.vehicle_ids == (2, 3, 4)
-    assert "thermal holds temperatures, others have grey levels" in (
-        analyse_step([measured[0], *plain[1:]], SETTINGS).skipped[1]
+    assert (
+        "thermal holds temperatures, others have grey levels"
+        in (analyse_step([measured[0], *plain[1:]], SETTINGS).skipped[1])
     )
     grey = [dataclasses.replace(f, bands=("grey", "red")) for f in (measured[0], *plain[1:])]
     assert not analyse_step(grey, SETTINGS).skipped, "colours have no unit"

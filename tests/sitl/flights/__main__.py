@@ -17,6 +17,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
+from aos_gcs.airspace.limits import UNLIMITED
 from tests.sitl.flights.autopilots import ArduCopter, Autopilots, Kind, Px4
 from tests.sitl.flights.scenarios import SCENARIOS, WITHOUT
 from tests.sitl.flights.station import FlightError, Station
@@ -79,7 +80,9 @@ def _fly(kind: Kind, name: str, logs: Path, limit_s: float) -> Row:
             text, passed = str(error), False
         if autopilots.dead():
             text, passed = f"{text}; simulators ended by themselves: {autopilots.dead()}", False
-    distance_m = station.truth("min_separation_m")
+    distance_m, least_m = station.truth("min_separation_m"), UNLIMITED.separation_m
+    if distance_m is not None and distance_m < least_m:
+        text, passed = f"{text}; two vehicles came within {distance_m:.2f} m, where {least_m} m are configured", False
     return Row(name, kind.name, passed, text.replace("|", "/"), distance_m, time.monotonic() - start_s)
 
 
