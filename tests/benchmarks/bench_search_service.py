@@ -20,10 +20,11 @@ import statistics
 import sys
 import tempfile
 import time
-from collections.abc import AsyncIterator, Callable, Sequence
+from collections.abc import AsyncIterator, Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 from aos_gcs.config.file import parse_config
 from aos_gcs.config.model import ServiceConfig
@@ -33,9 +34,9 @@ from aos_gcs.imaging.views import FocalSurface
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.search.ground_mapping import GroundMapping, GroundPlace
 from aos_gcs.ports import Worker
-from aos_gcs.runtime import service as service_module
+from aos_gcs.runtime import service
 from aos_gcs.runtime.service import open_service
-from tests.benchmarks.processes import children, cpu_s, proportional_mb
+from tests.benchmarks.processes import cpu_s, family, proportional_mb
 from tests.fakes.program import unused_port
 
 VEHICLES = 10
@@ -77,8 +78,9 @@ class NotingWorker:
         return result
 
 
-def noted_delays() -> MapDelays:
-    """Have every map of searched ground from now on note its delays."""
+@contextlib.contextmanager
+def noted_delays() -> Iterator[MapDelays]:
+    """Have every map of searched ground that is opened meanwhile note its delays."""
     delays, offer = MapDelays(), GroundMapping.offer
 
     def noting_offer(mapping: GroundMapping, step: int, frames: Sequence[Frame], surface: FocalSurface) -> None:
@@ -88,9 +90,8 @@ def noted_delays() -> MapDelays:
     def noting_place(worker: Worker, folder: Path, **carried: Path | None) -> GroundPlace:
         return GroundPlace(NotingWorker(worker, delays), folder, **carried)
 
-    GroundMapping.offer = noting_offer  # type: ignore[method-assign]
-    service_module.GroundPlace = noting_place  # type: ignore[misc, assignment, attr-defined]
-    return delays
+    with patch.object(GroundMapping, "offer", noting_offer), patch.object(service, "GroundPlace", noting_place):
+        yield delays
 
 
 @dataclass(frozen=True)
@@ -106,9 +107,8 @@ class Usage:
     @classmethod
     def now(cls, simulator: int) -> Usage:
         """Return that of this process and all that it has started, but the simulator."""
-        pids = [os.getpid()]
-        for pid in pids:
-            pids += [one for one in children(pid) if one != simulator]
+        simulated = family(simulator)
+        pids = [pid for pid in family(os.getpid()) if pid not in simulated]
         spent_s, memory_mb = dict[int, float](), dict[int, float]()
         for pid in pids:
             with contextlib.suppress(OSError):
@@ -172,17 +172,17 @@ async def simulator(link_port: int) -> AsyncIterator[int]:
 
 async def measure(minutes: int, parent: Path | None) -> None:
     """Fly the search, and print its figures minute by minute."""
-    delays, link_port = noted_delays(), unused_port(socket.SOCK_DGRAM)
-    with tempfile.TemporaryDirectory(dir=parent) as name:
+    link_port = unused_port(socket.SOCK_DGRAM)
+    with tempfile.TemporaryDirectory(dir=parent) as name, noted_delays() as delays:
         config = configuration(Path(name), link_port, minutes)
-        async with open_service(config) as service, simulator(link_port) as simulator_pid:
-            flight = asyncio.create_task(service.run())
+        async with open_service(config) as opened, simulator(link_port) as simulator_pid:
+            flight = asyncio.create_task(opened.run())
             try:
                 async with asyncio.timeout(_START_S):
-                    while service.mission.phase is not Phase.SCAN:  # noqa: ASYNC110 - vehicles fly by themselves
+                    while opened.mission.phase is not Phase.SCAN:  # noqa: ASYNC110 - vehicles fly by themselves
                         await asyncio.sleep(0.2)
             except TimeoutError:
-                raise SystemExit(f"no search after {_START_S:.0f} s, but {service.mission.phase}") from None
+                raise SystemExit(f"no search after {_START_S:.0f} s, but {opened.mission.phase}") from None
             first = former = Usage.now(simulator_pid)
             delays.seconds.clear()
             seen = 0

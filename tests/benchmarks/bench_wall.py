@@ -48,7 +48,7 @@ from aos_gcs.store.recorder import MissionRecorder
 from aos_gcs.workers.lifeline import step_back_as_session
 from aos_gcs.workers.process import open_worker
 from tests.benchmarks.figures import report
-from tests.benchmarks.processes import children, cpu_s
+from tests.benchmarks.processes import children, cpu_s, family
 from tests.fakes.api_process import Station, station
 from tests.fakes.mission import ORIGIN
 
@@ -93,10 +93,7 @@ class Usage:
 
 def raise_sessions() -> None:
     """Put the sessions of this process and of those that it has started before those of other programs."""
-    pids = [os.getpid()]
-    for pid in pids:
-        pids += children(pid)
-    for pid in {os.getsid(pid): pid for pid in pids}.values():
+    for pid in {os.getsid(pid): pid for pid in family(os.getpid())}.values():
         group = Path(f"/proc/{pid}/autogroup")
         try:
             niceness = int(group.read_text(encoding="ascii").split()[-1])

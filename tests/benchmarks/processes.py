@@ -35,6 +35,14 @@ def children(pid: int) -> list[int]:
     return found
 
 
+def family(pid: int) -> list[int]:
+    """Return the ids of a process and of all that it and they have started."""
+    found = [pid]
+    for one in found:
+        found += children(one)
+    return found
+
+
 def proportional_mb(pid: int) -> float:
     """Return the proportional set size of a process: what it shares counts in parts.
 
