@@ -88,6 +88,15 @@ class SearchMode(StrEnum):
     """It stops for each frame, as it always does where something is in view."""
 
 
+class LookOrder(StrEnum):
+    """Time of a close look at what comes into view on a leg."""
+
+    FIRST = "first"
+    """The look comes at once."""
+    GAIN = "gain"
+    """The look comes at once where it is expected to find a person sooner than the scan, else behind the last leg."""
+
+
 MAX_PASSES: Final = 3
 """Greatest number of times that the legs are flown."""
 MAX_LOOKING: Final = 100
@@ -122,6 +131,8 @@ class SearchSettings:
     """Whether vehicles that are not needed for a close look scan on; in continuous searches only."""
     look_vehicles: int = 5
     """Number of vehicles that look closely then."""
+    looks: LookOrder = LookOrder.FIRST
+    """Time of close looks, in continuous searches."""
 
     @property
     def fewest_to_split(self) -> int | None:

@@ -205,6 +205,11 @@ class Claims:
         if self._tracker.blob_enu_m is not None:
             self._looks.leave(self._tracker.blob_enu_m)
 
+    @property
+    def looked_at_enu_m(self) -> tuple[tuple[float, float], ...]:
+        """Places that the swarm has looked at, or that are surely no person."""
+        return self._looks.settled_enu_m
+
     def conclude_lost(self) -> None:
         """Decide about a target that was lost, if it was a person when it was last seen; it may be looked at again."""
         target = self._tracker.estimate()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,16 +16,20 @@ from aos_gcs.airspace.reference_surface import LEVEL, ReferenceSurface
 from aos_gcs.airspace.terrain import GroundRaster
 from aos_gcs.airspace.waypoints import WaypointRecord
 from aos_gcs.imaging.model import StepAnalysis
+from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.mission.fleet.layers import in_layers
 from aos_gcs.mission.journal import Announcer
 from aos_gcs.mission.model.decisions import Group, Situation
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.search.claims import Claims
+from aos_gcs.mission.search.decision import Decision
 from aos_gcs.mission.search.findings import Findings
 from aos_gcs.mission.search.ground_in_view import ground_in_view
+from aos_gcs.mission.search.look_choice import LookChoice
 from aos_gcs.mission.search.observing import make_observation
 from aos_gcs.mission.search.persons import Judgement
 from aos_gcs.mission.search.progress import Advance, ScanProgress
+from aos_gcs.mission.search.scan_notices import tell_blocked, tell_end, tell_gap
 from aos_gcs.mission.search.split import Split, begin_split, places_of_both
 from aos_gcs.mission.search.stalls import place_ahead_m
 from aos_gcs.mission.search.sweep import Sweep, Vet
@@ -36,18 +40,6 @@ from aos_gcs.ports import Severity
 from aos_gcs.swarm.model import Diagnostics, Strategy
 from aos_gcs.swarm.registry import strategy_for
 from aos_gcs.swarm.state import dump_rng
-
-
-@dataclass(frozen=True, slots=True)
-class Decision:
-    """Decision of a step."""
-
-    following: Phase
-    diagnostics: Diagnostics
-    waypoints: tuple[WaypointRecord, ...]
-    """Vetted, not sent yet."""
-    is_sweep: bool = False
-    """Whether the swarm flies on along the leg, so that nobody waits for its arrival."""
 
 
 class Decider:
@@ -81,12 +73,14 @@ class Decider:
         self._strategy: Strategy[Any] = strategy_for(settings.vehicles, settings.strategy, settings.strategy_parameters)
         self._state = self._strategy.init(np.array(settings.scan_direction_enu))
         self._steps_found = 0
+        self._swarm_size = settings.vehicles
         self._heading_rad = 0.0
         """Heading that the vehicles have been told last, north or south."""
         self._findings = findings
         self.tracker = TargetTracker(settings)
         self._claims = Claims(settings.detection, journal, self.tracker, findings)
         self.progress = ScanProgress(settings.flight.arrival_radius_m)
+        self.choice = LookChoice(settings, journal, self.progress)
         self._sweep = Sweep(settings.flight, settings.imaging.rate_hz, self.line_spacing_m, journal)
         self.split: Split | None = None
         """Present split of the swarm; None while all vehicles do the same."""
@@ -98,8 +92,8 @@ class Decider:
 
     @property
     def settled_enu_m(self) -> tuple[tuple[float, float], ...]:
-        """Places that have been looked at, or judged by operators: the swarm does not converge on them again."""
-        return self._claims.settled_enu_m
+        """Places that have been looked at, are left for later, or judged by operators: nobody converges on them."""
+        return (*self._claims.settled_enu_m, *self.choice.later_enu_m)
 
     @property
     def threshold_m2(self) -> float:
@@ -114,7 +108,8 @@ class Decider:
     @property
     def line_spacing_m(self) -> float:
         """Distance of the vehicles in the line along the legs."""
-        return self._settings.search.line_spacing_m or self.spacing_m
+        on_legs_m = None if self.choice.is_look_leg else self._settings.search.line_spacing_m
+        return on_legs_m or self.spacing_m
 
     def strategy_state(self) -> dict[str, object]:
         """Return what a replay needs to reach the next decision again."""
@@ -162,9 +157,10 @@ class Decider:
             return self._scan_on(situation, analysis, vet)
         if group is None:
             self._end_split()
+            self._swarm_size = len(situation.swarm)
         terrain = ground_in_view(self._settings, ground, analysis.grid)
-        in_view = self.tracker.observe(analysis, situation.now_s, terrain)
-        self._claims.follow()
+        may_sweep = may_sweep and not self.choice.is_look_leg
+        in_view = self._observe(analysis, situation, terrain, may_leave=may_sweep and phase is Phase.SCAN)
         if self.tracker.target_walks:
             self._forget()
         if in_view or phase is not Phase.SCAN:
@@ -204,11 +200,17 @@ class Decider:
             judgements: what the tracks are taken for, by their ids.
         """
         self.tracker.judge(judgements)
+        is_free = following in {Phase.SCAN, Phase.LINE}
+        looked_at_enu_m = self._claims.looked_at_enu_m
+        worth_it = self.choice.review(self.tracker, looked_at_enu_m, self._swarm_size, is_free=is_free)
         found = self._claims.announce()
         if following is Phase.FOUND and self._claims.is_rejected():
             return self._go_on()
         if following not in {Phase.SCAN, Phase.CONVERGE, Phase.LINE}:
             return following
+        if found is None and worth_it is not None:
+            self.tracker.attend(worth_it)
+            return Phase.CONVERGE
         if found is not None:
             self.tracker.attend(found)
             self._steps_found = 0
@@ -219,6 +221,27 @@ class Decider:
         if following is Phase.CONVERGE and self._claims.is_look_over():
             return self._go_on()
         return following
+
+    def goes_on_to_looks(self) -> bool:
+        """Leave the other legs out where something was left for later; return whether that is looked at now."""
+        if (leg := self.choice.next_leg(self.progress.here_enu_m)) is None:
+            return False
+        self.progress.leave_for(leg)
+        return True
+
+    def _observe(
+        self, analysis: StepAnalysis, situation: Situation, terrain: Terrain | None, *, may_leave: bool
+    ) -> bool:
+        """Update the tracks, and return whether a target leads the swarm: it may be left for later."""
+        in_view = self.tracker.observe(analysis, situation.now_s, terrain)
+        self._claims.follow()
+        target, vehicles = self.tracker.estimate(), len(situation.swarm)
+        if not (in_view and may_leave and target is not None):
+            return in_view
+        if not self.choice.leaves(target.position_enu_m[:2], self.tracker.verdict(target.track_id), vehicles):
+            return True
+        self.tracker.give_up()
+        return False
 
     def _begin_split(self, situation: Situation, analysis: StepAnalysis) -> None:
         """Have some vehicles look at what is in view and the others scan on, where there are enough of them."""
@@ -283,6 +306,7 @@ class Decider:
             return self._watch()
         if situation.now_s > self._settings.deadlines.search_s:
             self._journal.notice(Severity.WARNING, "Maximum search time reached: all vehicles return")
+            self.choice.tell_left()
             return Phase.RETURN
         if in_view:
             return Phase.CONVERGE
@@ -342,26 +366,18 @@ class Decider:
             along_m = self._sweep.exposed_at_m(progress.present_leg, situation, framed_ids)
             advance = progress.advance_in_flight(along_m, self._sweep.longest_gap_m)
             if advance is Advance.GAP:
-                return self._close_gap(along_m)
+                tell_gap(self._journal, progress, along_m)
+                return Phase.LINE
         else:
             advance = progress.advance(situation.positions_enu_m[:, :2].mean(axis=0))
         if advance is Advance.END_OF_LEG:
             return self._begin_next_leg()
         return self._leave_out(situation, detours) if advance is Advance.STUCK else Phase.SCAN
 
-    def _close_gap(self, along_m: float) -> Phase:
-        """Form the line again where the frames end, and report it."""
-        progress = self.progress
-        self._journal.notice(
-            Severity.WARNING,
-            f"No frames from {progress.along_m:.0f} to {along_m:.0f} m of leg {progress.leg + 1}: the line flies back",
-        )
-        return Phase.LINE
-
     def _leave_out(self, situation: Situation, detours: Detours) -> Phase:
         """Leave out the stretch of the leg in front of which the scan is stuck, and report it."""
         progress, positions_enu_m = self.progress, list(situation.positions_enu_m)
-        barred, remaining = progress.barred[0], progress.remaining_leg
+        remaining = progress.remaining_leg
         ahead_m = place_ahead_m(
             remaining,
             len(situation.swarm),
@@ -369,30 +385,14 @@ class Decider:
             lambda places_m: reached(positions_enu_m, places_m, detours),
         )
         length_m = remaining.length_m if ahead_m is None else ahead_m
-        self._journal.notice(
-            Severity.WARNING,
-            f"Leg {progress.leg + 1} is blocked after {progress.along_m:.0f} of {progress.present_leg.length_m:.0f} m "
-            f"(vehicle {barred.vehicle_id}: {barred.reason}). The scan leaves out "
-            + ("the rest of it" if ahead_m is None else f"{length_m:.0f} m and continues behind"),
-        )
+        tell_blocked(self._journal, progress, ahead_m, length_m)
         progress.leave_out(length_m)
         return self._begin_next_leg() if ahead_m is None else Phase.LINE
 
     def _begin_next_leg(self) -> Phase:
         if self.progress.begin_next_leg():
             return Phase.LINE
-        left_out_m = self.progress.left_out_m
-        persons = len(self._findings.persons())
-        result = {0: "nothing was found", 1: "1 possible person was found"}.get(
-            persons, f"{persons} possible persons were found"
-        )
-        if left_out_m == 0.0:
-            self._journal.notice(Severity.NEWS, f"Scan complete: the whole area was scanned, {result}")
-        else:
-            covered = self._covered_fraction() or 0.0
-            self._journal.notice(
-                Severity.NEWS,
-                f"Scan complete, {result}. {left_out_m:.0f} m of its legs were left out; "
-                f"{100 * covered:.0f} % of the area was in a frame",
-            )
+        if self.goes_on_to_looks():
+            return Phase.LINE
+        tell_end(self._journal, len(self._findings.persons()), self.progress.left_out_m, self._covered_fraction())
         return Phase.RETURN

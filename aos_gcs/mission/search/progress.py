@@ -101,6 +101,16 @@ class ScanProgress:
         """Legs without those that are flown again for gaps."""
         return self.legs[: self._planned]
 
+    @property
+    def here_enu_m(self) -> tuple[float, float]:
+        """Horizontal place of the line's middle that has been reached on the legs."""
+        return self.legs[-1].end_enu_m if self.is_over else self.remaining_leg.start_enu_m
+
+    def leave_for(self, leg: ScanLeg) -> None:
+        """Go on with another leg, behind all legs; what is left of these is not flown."""
+        self.leg, self._along_m = len(self.legs), 0.0
+        self.extend((leg,))
+
     def extend(self, legs: Sequence[ScanLeg]) -> None:
         """Add stretches that are flown again, behind all legs."""
         self.legs += tuple(legs)

@@ -199,6 +199,9 @@ class Retrace:
         progress = self._decider.progress
         if not progress.legs:
             progress.take_up(line.legs, line.leg)
+        if line.leg > progress.leg:
+            # The wanted probability was reached, by a map that is no part of the record.
+            self._decider.goes_on_to_looks()
         # Stretches flown again were chosen by the map of searched ground, which is no part of the record.
         progress.extend(line.legs[len(progress.legs) :])
         self._decider.begin_line(line.formed)

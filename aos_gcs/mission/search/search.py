@@ -110,7 +110,9 @@ class Search:
         """Form the line at the present place of the present leg."""
         context, progress = self._context, self.decider.progress
         swarm = await self.strength.gather()
-        if not swarm or self._gaps.is_enough:
+        if not swarm:
+            return Phase.RETURN
+        if not self.decider.choice.is_look_leg and self._gaps.is_enough and not self.decider.goes_on_to_looks():
             return Phase.RETURN
         if not progress.legs:
             progress.plan(await self._plan_legs(swarm))

@@ -19,7 +19,8 @@ from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.steps import StepRecord
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.search.covered_ground import CoveredGround
-from aos_gcs.mission.search.deciding import Decider, Decision
+from aos_gcs.mission.search.deciding import Decider
+from aos_gcs.mission.search.decision import Decision
 from aos_gcs.mission.search.findings import Findings
 from aos_gcs.mission.search.gallery import Gallery
 from aos_gcs.mission.search.intake import FrameIntake

@@ -1,0 +1,92 @@
+"""Looks that are left for later, because scanning on is expected to find a person sooner. In virtual time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from aos_gcs.airspace.limits import UNLIMITED
+from aos_gcs.mission.model.phase import Outcome, Phase
+from aos_gcs.planning.settings import Deadlines, DetectionSettings, LookOrder, SearchMode, SearchSettings
+from aos_gcs.runtime.verification import Verification, verify_mission
+from aos_gcs.runtime.virtual_time import run as run_virtually
+from aos_gcs.store.reader import MissionReader
+from tests.fakes.mission_flight import EXACT, Flight, flying, prepare
+from tests.fakes.recorded_search import write_search
+
+PERSON = (3.0, 90.0)
+AREA = ((-15.0, 10.0), (15.0, 10.0), (15.0, 120.0), (-15.0, 120.0))
+WARM = (0.0, 40.0, 22.0)
+"""A warm thing before the person: east, north, degrees Celsius."""
+BY_GAIN = SearchSettings(looks=LookOrder.GAIN)
+WHOLE_AREA = DetectionSettings(stop_at_first=False)
+
+
+def fly(
+    search: SearchSettings,
+    person: tuple[float, float] | None = PERSON,
+    warm: tuple[float, float, float] = WARM,
+    **changes: object,
+) -> Flight:
+    async def whole() -> Flight:
+        flight = prepare(3, person, search=search, area_enu_m=AREA, camera_delay_s=0.6, errors=EXACT, **changes)
+        for vehicle in flight.fleet.members.values():
+            vehicle.others = (warm,)
+        async with flying(flight) as run:
+            await run
+        return flight
+
+    return run_virtually(whole())
+
+
+def phases(flight: Flight) -> list[Phase]:
+    steps = [flight.recorder.steps[number].phase for number in sorted(flight.recorder.steps)]
+    return [phase for phase, before in zip(steps, [None, *steps], strict=False) if phase is not before]
+
+
+def found_s(flight: Flight) -> float:
+    return min(step.elapsed_s for step in flight.recorder.steps.values() if step.phase is Phase.FOUND)
+
+
+def said(flight: Flight, text: str) -> list[str]:
+    return [one for one in flight.texts() if text in one]
+
+
+def test_a_person_behind_a_warm_thing_is_found_before_that_is_looked_at() -> None:
+    first, by_gain = fly(SearchSettings()), fly(BY_GAIN)
+    assert phases(first) == [Phase.SCAN, Phase.CONVERGE, Phase.SCAN, Phase.CONVERGE, Phase.FOUND]
+    assert phases(by_gain) == [Phase.SCAN, Phase.CONVERGE, Phase.FOUND]
+    assert found_s(by_gain) < found_s(first) - 5.0
+    assert not said(first, "left for later")
+
+
+def test_what_is_left_for_later_is_looked_at_behind_the_last_leg_and_the_record_proves_it(tmp_path: Path) -> None:
+    flight = fly(BY_GAIN, detection=WHOLE_AREA)
+    assert flight.view.snapshot().outcome is Outcome.FOUND
+    assert flight.view.snapshot().covered_fraction == 1.0
+    assert len(said(flight, "m north is left for later (")) == 1
+    assert flight.smallest_m >= UNLIMITED.separation_m
+    assert len(said(flight, "Possible person (")) == 1
+    write_search(tmp_path / "mission", flight.recorder)
+    with MissionReader(tmp_path / "mission") as reader:
+        assert verify_mission(reader) == Verification(len(flight.recorder.steps), None)
+
+
+def test_what_may_be_a_person_after_all_is_looked_at_behind_the_last_leg() -> None:
+    flight = fly(BY_GAIN, None, (0.0, 40.0, 24.0))
+    assert phases(flight) == [Phase.SCAN, Phase.CONVERGE, Phase.SCAN]
+    swept = [step.elapsed_s for step in flight.recorder.steps.values() if step.branch == "sweep"]
+    assert all(step.elapsed_s > max(swept) for step in flight.recorder.steps.values() if step.phase is Phase.CONVERGE)
+    assert len(said(flight, "was left for later and is looked at now")) == 1
+    assert flight.view.snapshot().outcome is Outcome.NOT_FOUND
+
+
+def test_with_stops_the_look_comes_first() -> None:
+    flight = fly(SearchSettings(SearchMode.STOPS, looks=LookOrder.GAIN))
+    assert phases(flight)[:2] == [Phase.SCAN, Phase.CONVERGE]
+    assert not said(flight, "left for later")
+
+
+def test_where_the_time_is_over_what_was_not_looked_at_is_named() -> None:
+    flight = fly(BY_GAIN, None, (0.0, 40.0, 24.0), deadlines=Deadlines(search_s=20.0))
+    assert flight.view.snapshot().outcome is Outcome.NOT_FOUND
+    assert len(said(flight, "Not looked at closely, though left for later: What is at ")) == 1

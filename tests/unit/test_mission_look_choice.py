@@ -1,0 +1,122 @@
+"""The choice between a close look and the scan, with values that can be computed by hand."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from aos_gcs.imaging.persons.decision import FindingKind, Verdict
+from aos_gcs.mission.search.look_choice import LOOK_S, RETURN_S, TURN_S, USUAL_POD, LookChoice
+from aos_gcs.mission.search.progress import ScanProgress
+from aos_gcs.planning.legs import ScanLeg
+from aos_gcs.planning.settings import LookOrder, MissionSettings, SearchMode, SearchSettings
+from aos_gcs.ports import Severity
+from tests.fakes.target_sightings import SETTINGS
+
+PLACE = (3.0, 40.0)
+
+
+class _Notices:
+    """Journal that keeps the texts."""
+
+    def __init__(self) -> None:
+        self.texts: list[str] = []
+
+    def elapsed_s(self) -> float:
+        return 0.0
+
+    def notice(
+        self,
+        severity: Severity,  # noqa: ARG002
+        text: str,
+        vehicle_id: int | None = None,  # noqa: ARG002
+        *,
+        track_id: int | None = None,  # noqa: ARG002
+    ) -> None:
+        self.texts.append(text)
+
+
+def choice(
+    legs: int = 2, length_m: float = 100.0, search: SearchSettings | None = None
+) -> tuple[LookChoice, ScanProgress, _Notices]:
+    settings: MissionSettings = replace(SETTINGS, search=search or SearchSettings(looks=LookOrder.GAIN))
+    progress, journal = ScanProgress(0.5), _Notices()
+    progress.plan([ScanLeg((20.0 * number, 0.0), (0.0, 1.0), length_m) for number in range(legs)])
+    return LookChoice(settings, journal, progress), progress, journal
+
+
+def verdict(probability: float | None) -> Verdict:
+    return Verdict(FindingKind.ANIMAL, probability, ())
+
+
+def least_probability(legs: int, length_m: float, share: float = 1.0) -> float:
+    """Return the probability from which p / (T_L + T_R) >= (1 - p) P / T_S."""
+    scan_s = legs * (length_m / SETTINGS.flight.leg_speed_mps + TURN_S)
+    rate = share * USUAL_POD / scan_s * (LOOK_S + RETURN_S)
+    return rate / (1.0 + rate)
+
+
+@given(st.integers(1, 20), st.floats(10.0, 2000.0), st.floats(0.0, 1.0))
+def test_the_look_comes_first_where_it_gains_more(legs: int, length_m: float, probability: float) -> None:
+    one, _, _ = choice(legs, length_m)
+    least = least_probability(legs, length_m)
+    if abs(probability - least) > 1e-9:
+        assert one.leaves(PLACE, verdict(probability), vehicles=10) is (probability < least)
+
+
+def test_the_longer_the_search_the_sooner_a_look_is_worth_it() -> None:
+    assert least_probability(2, 100.0) == pytest.approx(0.344, abs=1e-3)
+    assert least_probability(10, 500.0) == pytest.approx(0.028, abs=1e-3)
+
+
+def test_what_has_not_been_judged_waits_for_a_step_and_without_temperatures_it_may_be_a_person() -> None:
+    one, _, _ = choice(20, 500.0)
+    assert one.leaves(PLACE, None, vehicles=10)
+    assert not one.leaves(PLACE, verdict(None), vehicles=10)
+    assert one.later_enu_m == ()
+
+
+def test_a_swarm_that_can_split_loses_less_of_the_scan() -> None:
+    split = SearchSettings(looks=LookOrder.GAIN, split=True)
+    between = (least_probability(2, 100.0) + least_probability(2, 100.0, 0.5)) / 2.0
+    assert choice(search=split)[0].leaves(PLACE, verdict(between), vehicles=7)
+    assert not choice(search=split)[0].leaves(PLACE, verdict(between), vehicles=10)
+    assert choice()[0].leaves(PLACE, verdict(between), vehicles=10)
+
+
+@pytest.mark.parametrize("search", [SearchSettings(), SearchSettings(SearchMode.STOPS, looks=LookOrder.GAIN)])
+def test_without_the_choice_nothing_is_left(search: SearchSettings) -> None:
+    one, _, _ = choice(search=search)
+    assert not one.leaves(PLACE, None, vehicles=10)
+
+
+def test_places_are_looked_at_in_the_order_of_their_gain_on_legs_of_their_own() -> None:
+    one, progress, journal = choice()
+    one.leaves((0.0, 90.0), verdict(0.05), vehicles=3)
+    one.leaves((20.0, 10.0), verdict(0.3), vehicles=3)
+    assert set(one.later_enu_m) == {(0.0, 90.0), (20.0, 10.0)}
+    assert not one.is_look_leg
+    for place_m in ((20.0, 10.0), (0.0, 90.0)):
+        leg = one.next_leg((0.0, 0.0))
+        assert leg is not None
+        progress.leave_for(leg)
+        assert one.is_look_leg
+        # It leads over the place, which leads the swarm again.
+        assert one.later_enu_m == ()
+        assert leg.after(leg.length_m / 2.0).start_enu_m == pytest.approx(place_m)
+        # A look leg has nothing to go on with.
+        assert not one.leaves(place_m, verdict(0.01), vehicles=3)
+    assert one.next_leg((0.0, 0.0)) is None
+    assert len(journal.texts) == 2
+    one.tell_left()
+    assert len(journal.texts) == 2
+
+
+def test_what_the_search_ends_without_is_named() -> None:
+    one, _, journal = choice()
+    one.leaves(PLACE, verdict(0.1), vehicles=3)
+    one.tell_left()
+    assert journal.texts == ["Not looked at closely, though left for later: What is at 3.0 m east, 40.0 m north"]
