@@ -62,6 +62,11 @@ class Flight(Protocol):
         ...
 
     @property
+    def postures(self) -> Sequence[str]:
+        """Posture of each person, in the simulator's words."""
+        ...
+
+    @property
     def highest_ground_m(self) -> float:
         """Height of the highest place of the search area; 0 on level ground."""
         ...

@@ -19,6 +19,8 @@ from aos_gcs.lab.missions.model import HERE_M, MissionKey, MissionResult, Missio
 from aos_gcs.mission.model.decisions import ConclusionRecord
 from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.model.steps import StepRecord
+from aos_gcs.planning.settings import LookOrder
+from aos_gcs.runtime.planned_missions import planned_for, predicted
 from aos_gcs.runtime.virtual_mission import FlownMission, fly, mission_settings, search_settings
 
 
@@ -59,10 +61,17 @@ def fly_mission(settings: MissionsSettings, key: MissionKey) -> MissionResult:
         )
         if settings.surface:
             planned = replace(planned, imaging=replace(planned.imaging, surface=SurfaceKind(settings.surface)))
+        if settings.looks:
+            planned = replace(planned, search=replace(planned.search, looks=LookOrder(settings.looks)))
+        if settings.pod is not None:
+            planned = planned_for(planned, key.trees_per_ha, settings.pod)
         mission = fly(flight, planned)
     if mission.snapshot.outcome is Outcome.FAILED and not mission.steps:
         raise ConfigurationError(f"Missions with --errors {key.errors} do not take off. {mission.snapshot.message}")
-    return judge(key, flight, mission, time.process_time() - begin_s)
+    result = judge(key, flight, mission, time.process_time() - begin_s)
+    if settings.pod is None:
+        return result
+    return replace(result, predicted=predicted(planned, flight.persons_enu_m, flight.postures))
 
 
 def judge(key: MissionKey, flight: Flight, mission: FlownMission, processor_s: float) -> MissionResult:
@@ -99,6 +108,7 @@ def judge(key: MissionKey, flight: Flight, mission: FlownMission, processor_s: f
         min_height_above_ground_m=flight.min_height_above_ground_m,
         probabilities=tuple(probability for probability, _ in stated),
         is_person=tuple(is_person for _, is_person in stated),
+        persons_noticed=sum(place in found or _is_looked_at(place, mission.steps) for place in persons_enu_m),
     )
 
 
@@ -122,6 +132,12 @@ def false_approaches(steps: Sequence[StepRecord], persons_enu_m: Sequence[Place]
         cost_s += following.elapsed_s - step.elapsed_s
         target_enu_m = place
     return count, cost_s
+
+
+def _is_looked_at(place_enu_m: Place, steps: Sequence[StepRecord]) -> bool:
+    """Tell whether a close look was at something near a place."""
+    looks = (step.target_enu_m for step in steps if step.phase is Phase.CONVERGE)
+    return any(one is not None and math.dist(one[:2], place_enu_m) <= HERE_M for one in looks)
 
 
 def _nearest_m(place_enu_m: Place, others_enu_m: Iterable[Place]) -> float:

@@ -49,8 +49,8 @@ def missions(
         Path | None,
         typer.Option(
             metavar="DIR",
-            help="Folder of the same missions with another strategy or search mode; differences to it are reported "
-            "pair by pair.",
+            help="Folder of the same missions with another strategy, search mode or order of looks; differences to it "
+            "are reported pair by pair.",
         ),
     ] = None,
     vehicles: Annotated[int, typer.Option(help="Number of drones.")] = 10,
@@ -84,6 +84,24 @@ def missions(
             show_default="as missions do by default",
         ),
     ] = "",
+    looks: Annotated[
+        str,
+        typer.Option(
+            metavar="first|gain",
+            help="When what comes into view is looked at closely: first, or where that is expected to find a person "
+            "sooner than scanning on.",
+            show_default="as missions do by default",
+        ),
+    ] = "",
+    pod: Annotated[
+        float | None,
+        typer.Option(
+            metavar="P",
+            help="Plan spacings and speed for this probability of detection of a standing person, and compare the "
+            "persons that were noticed and announced with what the plan promises.",
+            show_default="spacings and speed as missions have by default",
+        ),
+    ] = None,
     jobs: Annotated[int, typer.Option(help="Number of processes on this machine.")] = 1,
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Address of a Dask scheduler, such as tcp://10.0.0.1:8786.")
@@ -127,6 +145,8 @@ def missions(
         follow_ground=follow_ground,
         search_mode=search,
         surface=surface,
+        pod=pod,
+        looks=looks,
     )
     # Before hours of work: a document that cannot be renewed, or a reference that does not fit, is refused at once.
     frame = None if document is None else missions_frame(document)

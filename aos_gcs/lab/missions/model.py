@@ -10,6 +10,7 @@ from aos_gcs.errors import ConfigurationError
 from aos_gcs.imaging.model import SurfaceKind
 from aos_gcs.lab.flights import LEVEL_GROUND
 from aos_gcs.lab.spacing import Spacing, spacing_for
+from aos_gcs.planning.settings import GREATEST_POD, LEAST_POD, LookOrder, SearchMode
 
 HERE_M = 3.0
 """A claim farther from every person than this is a false one."""
@@ -43,12 +44,18 @@ class MissionsSettings:
 
     surface: str = ""
     """Surface that the focal plane follows over relief, ``terrain`` or ``level``; empty: as missions do by default."""
+    looks: str = ""
+    """Time of close looks, ``first`` or ``gain``; empty: as missions do by default."""
+    pod: float | None = None
+    """Probability of detection of a standing person for which spacings and speed are planned, as for the forest's
+    density; the legs are flown once. None: spacings and speed are those by default."""
 
     @property
     def name(self) -> str:
-        """Strategy, search mode and focal surface, for comparisons."""
+        """Strategy, search mode, focal surface and order of looks, for comparisons."""
         surface = f"focal surface {self.surface}" if self.surface else ""
-        return ", ".join(part for part in (self.strategy, self.search_mode, surface) if part)
+        looks = f"looks {self.looks}" if self.looks else ""
+        return ", ".join(part for part in (self.strategy, self.search_mode, surface, looks) if part)
 
     def __post_init__(self) -> None:
         if self.follow_ground and self.terrain == LEVEL_GROUND:
@@ -57,6 +64,13 @@ class MissionsSettings:
             raise ConfigurationError("--surface needs a --terrain: over level ground there is one surface.")
         if self.surface not in {"", *SurfaceKind}:
             raise ConfigurationError(f"--surface must be terrain or level, got {self.surface!r}.")
+        if self.looks not in {"", *LookOrder}:
+            raise ConfigurationError(f"--looks must be first or gain, got {self.looks!r}.")
+        if self.pod is not None:
+            if not LEAST_POD <= self.pod <= GREATEST_POD:
+                raise ConfigurationError(f"--pod must lie within {LEAST_POD:g} and {GREATEST_POD:g}, got {self.pod:g}.")
+            if self.terrain != LEVEL_GROUND or self.search_mode == SearchMode.STOPS:
+                raise ConfigurationError("--pod needs level ground, and no --search stops: neither has a prediction.")
         for name, low, high in (("vehicles", 1, 100), ("side_m", 20, 300), ("image_size_px", 64, 4096)):
             if not low <= getattr(self, name) <= high:
                 raise ConfigurationError(f"{name} must lie within {low} and {high}, but is {getattr(self, name):g}.")
@@ -121,6 +135,11 @@ class MissionResult:
     """Probability that each finding is a person, as stated at the end; also of what was not announced."""
     is_person: tuple[bool, ...] = ()
     """Whether a person is within 3 m of each of these findings."""
+    predicted: tuple[float, ...] = ()
+    """Probability of detection of each person, by the views that the planned legs give the place; empty without a
+    wanted one."""
+    persons_noticed: int = 0
+    """Persons within 3 m of whom something was looked at closely or announced."""
 
 
 def mission_keys(

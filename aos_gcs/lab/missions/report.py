@@ -71,6 +71,10 @@ class Group:
     """Vehicles that did not stand on the ground at the end."""
     processor_s: float
     """Mean processor time of a mission."""
+    predicted: float
+    """Mean probability of detection that the plans promise; NaN without any."""
+    noticed: Share
+    """Persons at whom something was looked at closely, or who were found, of those with a prediction."""
 
 
 def summarise(results: Iterable[MissionResult], vehicles: int) -> list[Group]:
@@ -85,6 +89,7 @@ def summarise(results: Iterable[MissionResult], vehicles: int) -> list[Group]:
 def _group(results: Sequence[MissionResult], vehicles: int) -> Group:
     key = results[0].key
     empty = [one for one in results if not one.key.has_person]
+    promised = [probability for one in results for probability in one.predicted]
     separations_m = [one.min_separation_m for one in results if one.min_separation_m is not None]
     return Group(
         trees_per_ha=key.trees_per_ha,
@@ -106,6 +111,8 @@ def _group(results: Sequence[MissionResult], vehicles: int) -> Group:
         min_separation_m=min(separations_m, default=math.nan),
         not_landed=sum(vehicles - one.landed for one in results),
         processor_s=float(np.mean([one.processor_s for one in results])),
+        predicted=float(np.mean(promised)) if promised else math.nan,
+        noticed=Share.of(sum(one.persons_noticed for one in results if one.predicted), len(promised)),
     )
 
 
@@ -135,7 +142,7 @@ def _figure(values: Sequence[float], statistic: Callable[[NDArray[np.float64]], 
 
 
 def as_markdown(groups: Sequence[Group]) -> str:
-    """Return the figures as two tables: what was claimed, and what it cost."""
+    """Return the figures as tables: what was claimed, what it cost, and what plans have promised, where they did."""
     claims = markdown_table(
         [
             "trees/ha",
@@ -190,7 +197,14 @@ def as_markdown(groups: Sequence[Group]) -> str:
             for one in groups
         ),
     )
-    return f"{claims}\n\n{costs}\n"
+    planned = [one for one in groups if one.noticed.trials]
+    if not planned:
+        return f"{claims}\n\n{costs}\n"
+    promises = markdown_table(
+        ["trees/ha", "conditions", "errors", "probability of detection, planned", "noticed", "found"],
+        ([*_name(one), f"{one.predicted:.2f}", one.noticed.text, one.recall.text] for one in planned),
+    )
+    return f"{claims}\n\n{costs}\n\n{promises}\n"
 
 
 def missions_frame(path: Path) -> DocumentFrame:

@@ -104,6 +104,11 @@ class SimulatedFlight:
         return [_place(person.position_enu_m) for person in self._scene.persons]
 
     @property
+    def postures(self) -> Sequence[str]:
+        """See :attr:`aos_gcs.lab.flights.Flight.postures`."""
+        return [str(person.posture) for person in self._scene.persons]
+
+    @property
     def highest_ground_m(self) -> float:
         """See :attr:`aos_gcs.lab.flights.Flight.highest_ground_m`."""
         relief = self._scene.relief
