@@ -131,7 +131,7 @@ class SearchSettings:
     """Whether vehicles that are not needed for a close look scan on; in continuous searches only."""
     look_vehicles: int = 5
     """Number of vehicles that look closely then."""
-    looks: LookOrder = LookOrder.FIRST
+    looks: LookOrder = LookOrder.GAIN
     """Time of close looks, in continuous searches."""
 
     @property

@@ -16,7 +16,7 @@ from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.model.steps import StepRecord
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.search.splitting import NEAR_M
-from aos_gcs.planning.settings import DetectionSettings, FlightSettings, PreflightSettings, SearchSettings
+from aos_gcs.planning.settings import DetectionSettings, FlightSettings, LookOrder, PreflightSettings, SearchSettings
 from aos_gcs.ports import Goto
 from aos_gcs.runtime.verification import Verification, verify_mission
 from aos_gcs.runtime.virtual_time import run as run_virtually
@@ -33,6 +33,8 @@ LONG_LOOK = DetectionSettings(threshold_m2=0.3, found_min_count=2, hold_steps=12
 CLOSE_LAYERS = FlightSettings(layer_spacing_m=2.0)
 """Layers from which all eight see the person large enough; there are no gusts."""
 OVERRIDDEN = PreflightSettings(True, overrides=dict.fromkeys(("home altitude", "altitude accuracy"), "no gusts"))
+SPLIT = SearchSettings(split=True, looks=LookOrder.FIRST)
+"""Looks come as soon as something is in view."""
 WAITS = "The vehicles that scan on stop and wait for the close look: "
 
 
@@ -41,7 +43,7 @@ def split_flight(
 ) -> Flight:
     defaults = {"area_enu_m": AREA, "camera_delay_s": 0.6, "errors": EXACT, "detection": LONG_LOOK}
     changes = defaults | {"flight": CLOSE_LAYERS, "preflight": OVERRIDDEN} | changes
-    return prepare(n, target, search=search or SearchSettings(split=True), **changes)
+    return prepare(n, target, search=search or SPLIT, **changes)
 
 
 def steps_of(flight: Flight, group: Group) -> list[StepRecord]:
@@ -91,6 +93,16 @@ def test_the_nearest_look_closely_the_others_scan_on_and_both_are_computed_again
     assert "Scan complete: the whole area was scanned, 1 possible person was found" in flight.texts()
     with MissionReader(tmp_path / "mission") as reader:
         assert verify_mission(reader) == Verification(len(flight.recorder.steps), None)
+
+
+@virtual
+async def test_where_the_look_comes_first_by_what_it_gains_some_look_and_the_others_scan_on() -> None:
+    flight = split_flight(search=SearchSettings(split=True, looks=LookOrder.GAIN))
+    async with flying(flight) as run:
+        assert await run is Outcome.FOUND
+    assert len(steps_of(flight, Group.SCAN)) > 3
+    assert any("the whole area was scanned" in text for text in flight.texts())
+    assert flight.view.snapshot().covered_fraction == 1.0
 
 
 def is_catching_up(flight: Flight) -> bool:

@@ -87,7 +87,7 @@ def test_a_swarm_that_can_split_loses_less_of_the_scan() -> None:
     assert choice()[0].leaves(PLACE, verdict(between), vehicles=10)
 
 
-@pytest.mark.parametrize("search", [SearchSettings(), SearchSettings(SearchMode.STOPS, looks=LookOrder.GAIN)])
+@pytest.mark.parametrize("search", [SearchSettings(looks=LookOrder.FIRST), SearchSettings(SearchMode.STOPS)])
 def test_without_the_choice_nothing_is_left(search: SearchSettings) -> None:
     one, _, _ = choice(search=search)
     assert not one.leaves(PLACE, None, vehicles=10)
