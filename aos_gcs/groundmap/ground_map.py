@@ -2,7 +2,7 @@
 
 Buffered: yes, ``TILES_IN_MEMORY`` tiles, and those that the latest ``FRAMES_IN_USE`` frames have touched; when full:
 the one that was touched the longest ago goes to the disk, and comes back when a frame shows it again. The numbers of
-views of all tiles stay in memory, 1 kB each, and the forest floor in few cells.
+views of all tiles and the times of the latest ones stay in memory, 5 kB each, and the forest floor in few cells.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import logging
 import math
 import shutil
 from collections import OrderedDict
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, Final
@@ -67,28 +67,56 @@ class GroundMap:
     Args:
         folder: folder of its tiles.
         header: facts about it, as in the folder.
-        views: numbers of views of all its tiles.
+        stored: numbers of views of all its tiles, and the UTC seconds of the latest ones, shape (32, 32) each.
     """
 
-    def __init__(self, folder: Path, header: GroundHeader, views: dict[TileIndex, NDArray[np.uint8]]) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        header: GroundHeader,
+        stored: Mapping[TileIndex, tuple[NDArray[np.uint8], NDArray[np.uint32]]],
+    ) -> None:
         self.header = header
         self._folder = folder
         self._directions = ViewDirections(header.direction_step)
-        self._views = views
+        self._views = {index: views for index, (views, _) in stored.items()}
+        self._latest_s = {index: latest_s for index, (_, latest_s) in stored.items()}
         self._tiles: OrderedDict[TileIndex, Tile] = OrderedDict()
         """Tiles in memory, the one touched last at the end."""
         self._unwritten: set[TileIndex] = set()
         self._last_frames: dict[TileIndex, int] = {}
         """Number of the latest frame that has touched a tile in memory; none where it was read only."""
-        self._floor = ForestFloor(views)
+        self._floor = ForestFloor(stored)
 
     @property
     def views(self) -> dict[TileIndex, NDArray[np.uint8]]:
-        """Numbers of views of all tiles, shape (32, 32) each."""
+        """Numbers of views of all tiles, however old, shape (32, 32) each."""
         return self._views
 
-    def add(self, frame: Frame, surface: FocalSurface) -> None:
+    @property
+    def latest_s(self) -> int:
+        """UTC second of the latest view; 0 where there is none, or no time is known."""
+        return max((int(times_s.max()) for times_s in self._latest_s.values()), default=0)
+
+    def views_since(self, since_s: float | None) -> Mapping[TileIndex, NDArray[np.uint8]]:
+        """Return the numbers of views that count, shape (32, 32) per tile: 0 where the latest view is too old.
+
+        Args:
+            since_s: UTC time from which on views count; those whose time is not known do not. None: all count.
+        """
+        if since_s is None:
+            return self._views
+        first_s = math.ceil(since_s)
+        return {index: np.where(self._latest_s[index] < first_s, 0, views) for index, views in self._views.items()}
+
+    def add(self, frame: Frame, surface: FocalSurface, utc_s: float = 0.0, since_s: float | None = None) -> None:
         """Add a frame.
+
+        Args:
+            frame: frame with its pose.
+            surface: surface that it shows.
+            utc_s: time at which it was taken; 0: not known.
+            since_s: UTC time from which on views count, before this one; None: all count.
 
         Raises:
             ImagingError: it shows nothing of the ground; nothing was added.
@@ -100,7 +128,7 @@ class GroundMap:
             self._unwritten.add(index)
             self._last_frames[index] = self.header.frames
             self._floor.mark(index)
-            tile.mark_seen(there, projected.squares[here], projected.seen[here])
+            tile.mark_seen(there, projected.squares[here], projected.seen[here], utc_s=utc_s, since_s=since_s)
             _add_values(tile, frame.bands, projected, here, there)
         self.header = replace(self.header, frames=self.header.frames + 1)
 
@@ -143,8 +171,8 @@ class GroundMap:
             self._floor.keep(oldest, self._tiles[oldest])
             del self._tiles[oldest]
         tile = self._read(index) if index in self._views else Tile.empty(self._directions.byte_count)
-        # The map's own numbers of views are those of the tile, so that both change together.
-        self._tiles[index], self._views[index] = tile, tile.views
+        # The map's own numbers and times of views are those of the tile, so that both change together.
+        self._tiles[index], self._views[index], self._latest_s[index] = tile, tile.views, tile.latest_s
         return tile
 
     def _write(self, index: TileIndex) -> None:
@@ -270,7 +298,7 @@ def _read_or_drop(path: Path, empty: Tile) -> Tile:
         return empty
 
 
-def _stored_views(folder: Path) -> Iterator[tuple[TileIndex, NDArray[np.uint8]]]:
+def _stored_views(folder: Path) -> Iterator[tuple[TileIndex, tuple[NDArray[np.uint8], NDArray[np.uint32]]]]:
     for path in sorted(folder.glob("tile_*.npz")):
         try:
             _, row, column = path.stem.split("_")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import zipfile
 import zlib
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, Final
@@ -26,6 +27,8 @@ VIEW_CELLS: Final = 32
 COLOUR_CELLS: Final = VIEW_CELLS * COLOURS_PER_CELL
 MAX_VIEWS: Final = 255
 """Number of views beyond which they are no longer counted."""
+_ADDED: Final = frozenset({"latest_s"})
+"""Arrays that the files of older versions lack."""
 
 TileIndex = tuple[int, int]
 """Row, counted southwards, and column, eastwards: its corner lies at column · 32 m east, -row · 32 m north."""
@@ -46,6 +49,8 @@ class Tile:
     """One bit per square of directions (:mod:`aos_gcs.groundmap.directions`), shape (32, 32, bytes)."""
     views: NDArray[np.uint8]
     """Number of squares that are set, at most ``MAX_VIEWS``, shape (32, 32)."""
+    latest_s: NDArray[np.uint32]
+    """UTC second of the latest view, shape (32, 32); 0 where there is none, or its time is not known."""
 
     @classmethod
     def empty(cls, direction_bytes: int) -> Tile:
@@ -57,6 +62,7 @@ class Tile:
             thermal_count=np.zeros((COLOUR_CELLS, COLOUR_CELLS), dtype=np.uint16),
             seen=np.zeros((VIEW_CELLS, VIEW_CELLS, direction_bytes), dtype=np.uint8),
             views=np.zeros((VIEW_CELLS, VIEW_CELLS), dtype=np.uint8),
+            latest_s=np.zeros((VIEW_CELLS, VIEW_CELLS), dtype=np.uint32),
         )
 
     def means(self) -> NDArray[np.float32]:
@@ -72,22 +78,40 @@ class Tile:
         np.divide(self.thermal_sum, self.thermal_count, out=values[..., 3], where=self.thermal_count > 0)
         return values
 
-    def mark_seen(self, window: tuple[slice, slice], squares: NDArray[np.int32], counts: NDArray[np.bool_]) -> None:
+    def mark_seen(
+        self,
+        window: tuple[slice, slice],
+        squares: NDArray[np.int32],
+        counts: NDArray[np.bool_],
+        *,
+        utc_s: float,
+        since_s: float | None,
+    ) -> None:
         """Count a view of cells where its direction is new.
 
         Args:
             window: rows and columns of the tile's cells of views.
             squares: square of directions of each cell, shape of the window.
             counts: cells that the view shows, shape of the window.
+            utc_s: time of the view.
+            since_s: time from which on views count; cells whose latest one is older lose theirs. None: all count.
         """
         rows, columns = np.nonzero(counts)
         chosen = squares[rows, columns]
-        places = rows + window[0].start, columns + window[1].start, chosen >> 3
+        cells = rows + window[0].start, columns + window[1].start
+        if since_s is not None:
+            is_old = self.latest_s[cells] < since_s
+            if is_old.any():
+                forgotten = cells[0][is_old], cells[1][is_old]
+                self.seen[forgotten] = 0
+                self.views[forgotten] = 0
+        self.latest_s[cells] = int(utc_s)
+        places = *cells, chosen >> 3
         bits = np.left_shift(1, chosen & 7).astype(np.uint8)
         before = self.seen[places]
         self.seen[places] = before | bits
-        views = self.views[places[:2]]
-        self.views[places[:2]] = views + ((before & bits == 0) & (views < MAX_VIEWS))
+        views = self.views[cells]
+        self.views[cells] = views + ((before & bits == 0) & (views < MAX_VIEWS))
 
 
 def write_tile(path: Path, tile: Tile) -> None:
@@ -112,27 +136,35 @@ def read_tile(path: Path, direction_bytes: int) -> Tile:
         InputDataError: the file cannot be read, or is not a tile with so many bytes of directions; the text names it.
     """
     pattern = Tile.empty(direction_bytes)
-    return Tile(**{one.name: _read_array(path, one.name, getattr(pattern, one.name)) for one in fields(pattern)})
+    return Tile(**_read_arrays(path, {one.name: getattr(pattern, one.name) for one in fields(pattern)}))
 
 
-def read_views(path: Path) -> NDArray[np.uint8]:
-    """Read the numbers of views of a tile alone, shape (32, 32).
+def read_views(path: Path) -> tuple[NDArray[np.uint8], NDArray[np.uint32]]:
+    """Read the numbers of views of a tile and the UTC seconds of the latest ones alone, shape (32, 32) each.
 
     Raises:
         InputDataError: the file cannot be read, or is not a tile; the text names it.
     """
-    return _read_array(path, "views", Tile.empty(1).views)
+    pattern = Tile.empty(1)
+    found = _read_arrays(path, {"views": pattern.views, "latest_s": pattern.latest_s})
+    return found["views"], found["latest_s"]
 
 
-def _read_array(path: Path, name: str, like: NDArray[Any]) -> NDArray[Any]:
+def _read_arrays(path: Path, patterns: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    """Read arrays of the shapes and types of patterns; one that older versions did not write is its pattern."""
+    found = dict(patterns)
     try:
-        with zipfile.ZipFile(path) as archive, archive.open(f"{name}.npy") as member:
-            array = np.lib.format.read_array(member, allow_pickle=False)
+        with zipfile.ZipFile(path) as archive:
+            missing = _ADDED - {Path(name).stem for name in archive.namelist()}
+            for name in patterns.keys() - missing:
+                with archive.open(f"{name}.npy") as member:
+                    found[name] = np.lib.format.read_array(member, allow_pickle=False)
     except (OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile, zlib.error) as error:
         raise InputDataError(f"{path} is not a tile of the searched ground, or is damaged: {error}") from error
-    if array.shape != like.shape or array.dtype != like.dtype:
-        raise InputDataError(
-            f"{path}: {name} has shape {array.shape} and type {array.dtype}, but {like.shape} and {like.dtype} are "
-            "expected."
-        )
-    return array
+    for name, like in patterns.items():
+        if found[name].shape != like.shape or found[name].dtype != like.dtype:
+            raise InputDataError(
+                f"{path}: {name} has shape {found[name].shape} and type {found[name].dtype}, but {like.shape} and "
+                f"{like.dtype} are expected."
+            )
+    return found

@@ -73,29 +73,31 @@ def opened_map(source: GroundSource) -> GroundMap:
 
 def add_frames(
     source: GroundSource,
-    frames: Sequence[tuple[Frame, FocalSurface]],
+    frames: Sequence[tuple[Frame, FocalSurface, float]],
     area: SearchedArea,
     *,
     pictures: bool,
     flush: bool,
+    since_s: float | None = None,
 ) -> GroundReport:
     """Add frames to a map, each on its surface, and report on it.
 
     Args:
         source: map.
-        frames: frames with their surfaces; may be empty.
+        frames: frames with their surfaces and the UTC times at which they were taken; may be empty.
         area: search area of the mission.
         pictures: whether to render the map.
         flush: whether to write it.
+        since_s: UTC time from which on views count; None: all count.
 
     Raises:
         InputDataError: its folder holds another map, or a damaged one.
         RecordingError: a former map cannot be copied.
     """
     ground, left_out, unwritten = opened_map(source), 0, ""
-    for frame, surface in frames:
+    for frame, surface, utc_s in frames:
         try:
-            ground.add(frame, surface)
+            ground.add(frame, surface, utc_s, since_s)
         except ImagingError:
             left_out += 1
         except RecordingError as error:
@@ -105,7 +107,7 @@ def add_frames(
             ground.flush()
     except RecordingError as error:
         unwritten = str(error)
-    raster = view_raster(ground.views, area.area_enu_m)
+    raster = view_raster(ground.views_since(since_s), area.area_enu_m)
     figures = ground_figures(raster, area.area_enu_m, area.occlusion, ground.header.frames, left_out)
     has_parts = flush or not frames
     if has_parts:

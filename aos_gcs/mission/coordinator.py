@@ -93,8 +93,7 @@ class Coordinator:
         self._findings = Findings(() if following is None else following.findings)
         self._ground = GroundMapping(
             ground,
-            self._context.roster,
-            journal,
+            self._context,
             self._gallery,
             settings=lambda: self.sortie.context.settings,
             ground=lambda: self.sortie.context.flight.ground,

@@ -66,6 +66,7 @@ def legs_for_gaps(
     within_s: float,
     pod: float,
     ground: ViewedGround = LEVEL_GROUND,
+    since_s: float | None = None,
 ) -> GapLegs | None:
     """Return the legs that gain most; for a worker that has the map open.
 
@@ -78,6 +79,7 @@ def legs_for_gaps(
         within_s: time that the legs may take.
         pod: probability of detection at which no more are needed.
         ground: ground of the area, below the layers.
+        since_s: UTC time from which on views count; None: all count.
 
     Returns:
         None where the forest is not described.
@@ -85,7 +87,7 @@ def legs_for_gaps(
     Raises:
         InputDataError: the map cannot be read.
     """
-    raster = view_raster(opened_map(source).views, area.area_enu_m)
+    raster = view_raster(opened_map(source).views_since(since_s), area.area_enu_m)
     return find_gap_legs(
         raster, plan, plane_height_m, from_m=from_m, within_s=within_s, pod=pod, ground=ground, prior=area.prior
     )

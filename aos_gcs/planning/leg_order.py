@@ -71,6 +71,7 @@ def ordered_on_map(
     *,
     legs: Sequence[ScanLeg],
     from_m: tuple[float, float],
+    since_s: float | None = None,
 ) -> tuple[ScanLeg, ...]:
     """Return legs in the order for what a map says was searched; for a worker that has the map open.
 
@@ -81,11 +82,12 @@ def ordered_on_map(
         plane_height_m: height of the focal plane above the origin.
         legs: legs to and fro.
         from_m: place that the swarm comes from.
+        since_s: UTC time from which on views count; None: all count.
 
     Raises:
         InputDataError: the map cannot be read.
     """
-    raster = view_raster(opened_map(source).views, area.area_enu_m)
+    raster = view_raster(opened_map(source).views_since(since_s), area.area_enu_m)
     return order_legs(legs, plan, chances_of(plan, plane_height_m, area.prior, raster), from_m)
 
 

@@ -133,11 +133,17 @@ class SearchSettings:
     """Number of vehicles that look closely then."""
     looks: LookOrder = LookOrder.GAIN
     """Time of close looks, in continuous searches."""
+    forget_min: float | None = None
+    """Minutes after which views of a place no longer count, as somebody may have walked there since; None: never."""
 
     @property
     def fewest_to_split(self) -> int | None:
         """Number of vehicles from which a close look leaves others to scan on; None where it never does."""
         return self.look_vehicles + FEWEST_SCANNING if self.split and self.mode is SearchMode.CONTINUOUS else None
+
+    def views_since_s(self, utc_s: float) -> float | None:
+        """Return the UTC time from which on views count at a time; None: all count."""
+        return None if self.forget_min is None else utc_s - 60.0 * self.forget_min
 
     def __post_init__(self) -> None:
         if not MIN_SWARM <= self.look_vehicles <= MAX_LOOKING:
@@ -148,6 +154,10 @@ class SearchSettings:
             raise ConfigurationError(f"pod must lie within {LEAST_POD:g} and {GREATEST_POD:g}, but is {self.pod}.")
         if not 1 <= self.passes <= MAX_PASSES:
             raise ConfigurationError(f"passes must lie within 1 and {MAX_PASSES}, but is {self.passes}.")
+        if self.forget_min is not None and not (math.isfinite(self.forget_min) and self.forget_min > 0.0):
+            raise ConfigurationError(
+                f"forget_min must be a finite number above 0, or be left out for never, but is {self.forget_min}."
+            )
         for name in ("line_spacing_m", "leg_spacing_m"):
             value = getattr(self, name)
             if value is not None and not (math.isfinite(value) and 0.0 < value <= MAX_LINE_SPACING_M):

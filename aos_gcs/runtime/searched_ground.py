@@ -27,6 +27,8 @@ _T = TypeVar("_T")
 def read_searched_ground(folder: Path) -> SearchedGround:
     """Return the searched ground of a mission folder, also of a mission in flight: as it was written last.
 
+    Views are as old as they were at the latest one of the map.
+
     Raises:
         InputDataError: there is none, or the record is damaged; the text names the folder.
     """
@@ -41,7 +43,7 @@ def read_searched_ground(folder: Path) -> SearchedGround:
     stored, settings = read_map(ground), search.settings
     origin, names = stored.header.origin, settings.search
     return SearchedGround(
-        raster=view_raster(stored.views, settings.area_enu_m),
+        raster=view_raster(stored.views_since(names.views_since_s(stored.latest_s)), settings.area_enu_m),
         origin=stored.header.origin,
         area_enu_m=settings.area_enu_m,
         occlusion=None if settings.forest is None else settings.forest.occlusion,

@@ -25,7 +25,7 @@ from tests.fakes.app import app_of
 from tests.fakes.command_line import exit_status
 from tests.fakes.ground_frames import ORIGIN, ground_frame
 from tests.fakes.mission import ScriptedMission
-from tests.fakes.recording import HandClock
+from tests.fakes.recording import START_UTC_S, HandClock
 
 AREA = ((-10.0, -10.0), (10.0, -10.0), (10.0, 10.0), (-10.0, 10.0))
 FOREST = ForestSettings(canopy_height_m=18.0, crown_base_m=5.0)
@@ -38,6 +38,7 @@ def recorded(
     search: SearchSettings | None = None,
     carried: Path | None = None,
     east_m: float = 18.0,
+    utc_s: float = START_UTC_S,
 ) -> Path:
     """Record a search of which the eastern half was seen, or another one, and return its folder."""
     database = MissionDatabase(folder, {})
@@ -46,7 +47,7 @@ def recorded(
     database.close()
     ground = open_map(folder / "ground", ORIGIN, 0.06, carried)
     for north_m in (-8.0, 0.0, 8.0):
-        ground.add(ground_frame(east_m, north_m), Plane(0.0))
+        ground.add(ground_frame(east_m, north_m), Plane(0.0), utc_s)
     ground.flush()
     return folder
 
@@ -109,6 +110,21 @@ def test_segments_add_up_over_the_flights_of_an_operation(tmp_path: Path, capsys
     assert run("searched", second, "--json") == 0
     gone = json.loads(capsys.readouterr().out)
     assert (gone["segments"], gone["success"]) == ([], None)
+
+
+@pytest.mark.parametrize(("after_s", "is_forgotten"), [(600.0, False), (601.0, True)])
+def test_what_had_been_forgotten_at_the_last_frame_is_left_out(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], after_s: float, is_forgotten: bool
+) -> None:
+    search, utc_s = SearchSettings(forget_min=10.0), START_UTC_S + after_s
+    first, gaps = recorded(tmp_path / "first", search=search), tmp_path / "gaps.geojson"
+    second = recorded(tmp_path / "second", search=search, carried=first / "ground", east_m=-18.0, utc_s=utc_s)
+    for folder, share in ((first, 0.55), (second, 0.55 if is_forgotten else 1.0)):
+        assert run("searched", folder, "--json") == 0
+        assert json.loads(capsys.readouterr().out)["seen_fraction"] == pytest.approx(share)
+    assert run("searched", second, "--gaps", gaps, "--below", 0.001) == 0
+    areas = [one["properties"]["area_m2"] for one in json.loads(gaps.read_text("utf-8"))["features"]]
+    assert sum(areas) == pytest.approx(180.0 if is_forgotten else 0.0)
 
 
 def test_without_a_described_forest_there_are_views_but_no_gaps(

@@ -24,8 +24,7 @@ from aos_gcs.groundmap.shading import prior_picture
 from aos_gcs.groundmap.work import GroundReport, GroundSource, SearchedArea, add_frames
 from aos_gcs.imaging.model import Frame
 from aos_gcs.imaging.views import FocalSurface
-from aos_gcs.mission.fleet.roster import Roster
-from aos_gcs.mission.journal import Journal
+from aos_gcs.mission.context import MissionContext
 from aos_gcs.mission.search.gallery import Gallery
 from aos_gcs.mission.search.known_prior import KnownPrior
 from aos_gcs.planning.gaps import GapLegs, legs_for_gaps
@@ -47,6 +46,8 @@ _PICTURE_S: Final = 1.0
 """Least time between two pictures of the map, real seconds."""
 _FLUSH_S: Final = 5.0
 """Time after which what has changed is written, real seconds."""
+_AGE_S: Final = 10.0
+"""Time after which figures are told anew where views are forgotten, real seconds."""
 _POLL_S: Final = 0.5
 LOOK_AHEAD_S: Final = 600.0
 """Time of flight whose gain is told."""
@@ -71,8 +72,7 @@ class GroundMapping:
 
     Args:
         place: where it is kept; None: there is no such map.
-        roster: knows the origin of the mission's frame.
-        journal: tells operators what is missing.
+        context: its roster knows the origin of the mission's frame, its journal tells operators what is missing.
         gallery: publishes the pictures.
         settings: returns the settings that the mission flies by.
         ground: returns the ground of the elevation model, as the vehicles see it; None: it counts as level.
@@ -81,21 +81,22 @@ class GroundMapping:
     def __init__(
         self,
         place: GroundPlace | None,
-        roster: Roster,
-        journal: Journal,
+        context: MissionContext,
         gallery: Gallery,
         *,
         settings: Callable[[], MissionSettings],
         ground: Callable[[], GroundRaster | None],
     ) -> None:
         self._place = place
-        self._roster = roster
-        self._journal = journal
+        self._clock = context.clock
+        self._roster = context.roster
+        self._journal = context.journal
         self._gallery = gallery
         self._settings = settings
         self._ground = ground
-        self._prior = KnownPrior(settings, journal)
-        self._waiting: deque[tuple[int, Frame, FocalSurface]] = deque()
+        self._prior = KnownPrior(settings, context.journal)
+        self._waiting: deque[tuple[int, tuple[Frame, FocalSurface, float]]] = deque()
+        """Steps, and their frames with surface and UTC time."""
         self._is_offered = asyncio.Event()
         self._is_added = asyncio.Event()
         """Set while no offered frame is still to be added."""
@@ -106,10 +107,10 @@ class GroundMapping:
         self._soon: float | None = None
         self._left_out = 0
         self._step = 0
-        self._shown_prior: AreaPrior | None = None
         """Step of the latest frame on the map."""
+        self._shown_prior: AreaPrior | None = None
         self._is_pictured = self._is_flushed = True
-        self._pictured_at_s = self._flushed_at_s = -_FLUSH_S
+        self._pictured_at_s = self._flushed_at_s = self._told_at_s = -_FLUSH_S
         self._problem = ""
 
     @property
@@ -147,7 +148,7 @@ class GroundMapping:
                 )
             source = self._source(self._place, frame.origin)
             return await self._place.worker.run(
-                ordered_on_map, source, area, plan, height_m, legs=tuple(legs), from_m=from_m
+                ordered_on_map, source, area, plan, height_m, legs=tuple(legs), from_m=from_m, since_s=self._since_s
             )
         except Exception as error:  # whatever it is: a defect of the order must not end the flight
             if not isinstance(error, AosError):
@@ -189,6 +190,7 @@ class GroundMapping:
                 within_s=within_s,
                 pod=pod,
                 ground=viewed_ground(plan.area_enu_m, ground, self._roster.layers.surface),
+                since_s=self._since_s,
             )
         except Exception as error:  # whatever it is: a defect of the map must not end the flight
             if not isinstance(error, AosError):
@@ -211,7 +213,9 @@ class GroundMapping:
         """
         if self._place is None:
             return
-        self._waiting += [(step, frame, surface) for frame in frames]
+        # By one clock for all, as the age of what they show is counted by it.
+        utc_s = self._clock.utc_s()
+        self._waiting += [(step, (frame, surface, utc_s)) for frame in frames]
         # A step's own frames are in memory anyway: a large swarm must not lose some of each step.
         while len(self._waiting) > max(MAX_WAITING, len(frames)):
             self._waiting.popleft()
@@ -257,17 +261,21 @@ class GroundMapping:
             self._gallery.is_open and not self._is_pictured and (is_last or now_s >= self._pictured_at_s + _PICTURE_S)
         )
         writes = not self._is_flushed and (is_last or now_s >= self._flushed_at_s + _FLUSH_S)
-        if not (batch or draws or writes or known != self._known):
+        since_s = self._since_s
+        ages = since_s is not None and now_s >= self._told_at_s + _AGE_S
+        if not (batch or draws or writes or ages or known != self._known):
             return
-        self._step = max([self._step, *(step for step, _, _ in batch)])
-        frames = [(one, surface) for _, one, surface in batch]
-        self._known, self._is_pictured = known, self._is_pictured or draws
+        self._step = max([self._step, *(step for step, _ in batch)])
+        frames = [frame for _, frame in batch]
+        self._known, self._is_pictured, self._told_at_s = known, self._is_pictured or draws, now_s
         if draws:
             self._pictured_at_s = now_s
         if writes:
             self._is_flushed, self._flushed_at_s = True, now_s
         try:
-            report = await place.worker.run(add_frames, known[0], frames, known[1], pictures=draws, flush=writes)
+            report = await place.worker.run(
+                add_frames, known[0], frames, known[1], pictures=draws, flush=writes, since_s=since_s
+            )
         except Exception as error:  # whatever it is: a defect of the map must not end the flight
             self._left_out += len(batch)
             if not isinstance(error, AosError):
@@ -275,7 +283,7 @@ class GroundMapping:
             self._report(f"The map of searched ground is not up to date: {error}")
             return
         self._take(report, len(batch))
-        if writes and not is_last:
+        if (writes or ages) and not is_last:
             await self._look_ahead()
         if report.pictures:
             await self._gallery.publish(self._step, report.pictures)
@@ -314,7 +322,14 @@ class GroundMapping:
             self._report(report.unwritten)
         if former is not None and not report.has_parts:
             figures = replace(figures, segments=former.segments, success=former.success)
+        if former is not None and not added and figures.mean_views != former.mean_views:
+            self._is_pictured = False  # views were forgotten
         self._figures = figures
+
+    @property
+    def _since_s(self) -> float | None:
+        """UTC time from which on views count; None: all count."""
+        return self._settings().search.views_since_s(self._clock.utc_s())
 
     def _report(self, problem: str) -> None:
         """Tell operators a problem, once for as long as it is the latest one."""
