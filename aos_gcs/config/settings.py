@@ -25,6 +25,7 @@ from aos_gcs.planning.aperture import advise
 from aos_gcs.planning.check import blocking_problems
 from aos_gcs.planning.plan import plan_of
 from aos_gcs.planning.proposal import altitude_layers
+from aos_gcs.planning.search_settings import SearchSettings
 from aos_gcs.planning.settings import (
     AutofocusSettings,
     Deadlines,
@@ -35,7 +36,6 @@ from aos_gcs.planning.settings import (
     PreflightSettings,
     RegistrationSettings,
     RelaySettings,
-    SearchSettings,
     TerrainSettings,
 )
 from aos_gcs.planning.terrain import open_model

@@ -12,7 +12,7 @@ from aos_gcs.planning.estimate import estimate_flights, planned_leg_count, plann
 from aos_gcs.planning.legs import in_passes
 from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.planning.pod_proposal import FASTEST_MPS, SearchPattern, propose_pattern
-from aos_gcs.planning.settings import SearchMode
+from aos_gcs.planning.search_settings import SearchMode
 from aos_gcs.planning.viewed_ground import LEVEL_GROUND, ViewedGround
 from aos_gcs.swarm.registry import make_strategy
 

@@ -22,15 +22,8 @@ from aos_gcs.planning.plan import SPACING_PARAMETER, MissionPlan, PlanProblem, a
 from aos_gcs.planning.plan_warnings import plan_warnings
 from aos_gcs.planning.prior_check import check_prior, plan_prior
 from aos_gcs.planning.relief_estimate import estimate_over_ground
-from aos_gcs.planning.settings import (
-    GREATEST_FLIGHT_SETTINGS,
-    GREATEST_POD,
-    LEAST_POD,
-    MAX_HEIGHT_M,
-    MAX_LINE_SPACING_M,
-    MAX_PASSES,
-    MissionSettings,
-)
+from aos_gcs.planning.search_settings import GREATEST_POD, LEAST_POD, MAX_LINE_SPACING_M, MAX_PASSES
+from aos_gcs.planning.settings import GREATEST_FLIGHT_SETTINGS, MAX_HEIGHT_M, MissionSettings
 from aos_gcs.planning.sites import Homes, check_paths, check_points, planned_ground
 from aos_gcs.planning.terrain_check import check_terrain
 from aos_gcs.swarm.declaration import Parameter

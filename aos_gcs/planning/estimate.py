@@ -20,7 +20,7 @@ from aos_gcs.imaging.aperture import footprint_m
 from aos_gcs.planning.expected_views import predicted_detection
 from aos_gcs.planning.legs import ScanLeg, in_passes, leg_count, scan_legs
 from aos_gcs.planning.plan import MissionPlan
-from aos_gcs.planning.settings import SearchMode
+from aos_gcs.planning.search_settings import SearchMode
 from aos_gcs.planning.viewed_ground import LEVEL_GROUND, ViewedGround
 from aos_gcs.swarm.line import line_axis, line_places
 from aos_gcs.swarm.model import Observation

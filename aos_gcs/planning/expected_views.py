@@ -25,7 +25,8 @@ from aos_gcs.groundmap.tile import MAX_VIEWS
 from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.planning.proposal import altitude_layers
-from aos_gcs.planning.settings import ForestSettings, SearchMode
+from aos_gcs.planning.search_settings import SearchMode
+from aos_gcs.planning.settings import ForestSettings
 from aos_gcs.planning.viewed_ground import LEVEL_GROUND, ViewedGround
 from aos_gcs.swarm.line import line_axis
 

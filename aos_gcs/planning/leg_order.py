@@ -29,7 +29,7 @@ from aos_gcs.planning.estimate import STILL_S, move_s, scan_step_m
 from aos_gcs.planning.expected_views import expected_views, forest_directions, line_of, spread_places
 from aos_gcs.planning.legs import ScanLeg, in_passes
 from aos_gcs.planning.plan import MissionPlan
-from aos_gcs.planning.settings import SearchMode
+from aos_gcs.planning.search_settings import SearchMode
 from aos_gcs.prior.model import AreaPrior
 from aos_gcs.prior.shapes import inside_ring
 from aos_gcs.swarm.line import line_axis

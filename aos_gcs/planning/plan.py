@@ -10,14 +10,8 @@ from aos_gcs.airspace.limits import UNLIMITED
 from aos_gcs.airspace.polygon import Polygon
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.imaging.step.settings import ImagingSettings
-from aos_gcs.planning.settings import (
-    Deadlines,
-    FlightSettings,
-    ForestSettings,
-    MissionSettings,
-    SearchMode,
-    SearchSettings,
-)
+from aos_gcs.planning.search_settings import SearchMode, SearchSettings
+from aos_gcs.planning.settings import Deadlines, FlightSettings, ForestSettings, MissionSettings
 from aos_gcs.swarm.declaration import Parameter
 from aos_gcs.swarm.registry import available_strategies, declared_parameters, make_strategy
 

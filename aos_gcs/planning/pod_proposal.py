@@ -23,7 +23,7 @@ from aos_gcs.planning.estimate import estimate_flights, planned_legs
 from aos_gcs.planning.expected_views import PLACES, predicted_detection, spread_places
 from aos_gcs.planning.legs import in_passes
 from aos_gcs.planning.plan import MissionPlan
-from aos_gcs.planning.settings import SearchMode
+from aos_gcs.planning.search_settings import SearchMode
 from aos_gcs.planning.viewed_ground import LEVEL_GROUND, ViewedGround
 from aos_gcs.swarm.line import line_axis
 from aos_gcs.swarm.registry import make_strategy

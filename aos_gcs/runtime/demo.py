@@ -20,7 +20,8 @@ from aos_gcs.lab.worlds import ErrorGrade
 from aos_gcs.mission.coordinator import Coordinator
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.next_sortie import NextSortie
-from aos_gcs.planning.settings import Deadlines, SearchMode
+from aos_gcs.planning.search_settings import SearchMode
+from aos_gcs.planning.settings import Deadlines
 from aos_gcs.runtime.demo_terrain import EXIT_REFUSED, LEVEL, elevation_model, terrain_tables
 from aos_gcs.runtime.evaluation import Score, score_mission
 from aos_gcs.runtime.service import Service, open_service

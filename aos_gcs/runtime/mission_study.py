@@ -19,7 +19,7 @@ from aos_gcs.lab.missions.model import HERE_M, MissionKey, MissionResult, Missio
 from aos_gcs.mission.model.decisions import ConclusionRecord
 from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.model.steps import StepRecord
-from aos_gcs.planning.settings import LookOrder
+from aos_gcs.planning.search_settings import LookOrder
 from aos_gcs.runtime.planned_missions import planned_for, predicted
 from aos_gcs.runtime.virtual_mission import FlownMission, fly, mission_settings, search_settings
 

@@ -22,14 +22,8 @@ from aos_gcs.mission.model.phase import OutcomeRecord
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.steps import Picture, StepRecord
 from aos_gcs.mission.model.vehicles import SettingsRecord
-from aos_gcs.planning.settings import (
-    FlightSettings,
-    MissionSettings,
-    PreflightSettings,
-    RegistrationSettings,
-    SearchMode,
-    SearchSettings,
-)
+from aos_gcs.planning.search_settings import SearchMode, SearchSettings
+from aos_gcs.planning.settings import FlightSettings, MissionSettings, PreflightSettings, RegistrationSettings
 from aos_gcs.ports import Capture
 from aos_gcs.runtime.demo_terrain import above_ground
 from aos_gcs.runtime.virtual_time import InlineWorker, run

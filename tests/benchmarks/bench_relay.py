@@ -30,13 +30,7 @@ from aos_gcs.mission.model.events import Event
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.vehicles import Task
-from aos_gcs.planning.settings import (
-    Deadlines,
-    FlightSettings,
-    MissionSettings,
-    PreflightSettings,
-    RelaySettings,
-)
+from aos_gcs.planning.settings import Deadlines, FlightSettings, MissionSettings, PreflightSettings, RelaySettings
 from aos_gcs.runtime import virtual_mission
 from aos_gcs.runtime.virtual_mission import StepTrace
 from aos_sim.errors.model import error_model

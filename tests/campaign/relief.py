@@ -22,7 +22,8 @@ from aos_gcs.airspace.limits import UNLIMITED
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.mission.model.phase import Outcome
-from aos_gcs.planning.settings import Deadlines, PreflightSettings, SearchMode, SearchSettings
+from aos_gcs.planning.search_settings import SearchMode, SearchSettings
+from aos_gcs.planning.settings import Deadlines, PreflightSettings
 from aos_gcs.runtime.demo_terrain import FLOOR_ABOVE_GROUND_M, above_ground
 from aos_gcs.runtime.virtual_time import run
 from aos_sim.swarm import SwarmOptions

@@ -9,16 +9,8 @@ import numpy as np
 from aos_gcs.airspace.limits import UNLIMITED, SafetyOverrides
 from aos_gcs.airspace.polygon import Polygon
 from aos_gcs.imaging.step.settings import ImagingSettings
-from aos_gcs.planning.settings import (
-    FEWEST_SCANNING,
-    Deadlines,
-    DetectionSettings,
-    FlightSettings,
-    MissionSettings,
-    PreflightSettings,
-    SearchMode,
-    SearchSettings,
-)
+from aos_gcs.planning.search_settings import FEWEST_SCANNING, SearchMode, SearchSettings
+from aos_gcs.planning.settings import Deadlines, DetectionSettings, FlightSettings, MissionSettings, PreflightSettings
 from aos_sim.errors.model import GRADES, NONE
 from aos_sim.swarm import DEFAULT_ORIGIN, SwarmOptions
 from tests.campaign.faults import FAULTS, KNOWN_DEFECTS

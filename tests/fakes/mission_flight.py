@@ -30,14 +30,8 @@ from aos_gcs.mission.model.vehicles import SettingsRecord, Task
 from aos_gcs.mission.next_sortie import NextSortie
 from aos_gcs.mission.search.ground_mapping import GroundPlace
 from aos_gcs.mission.views import LiveView
-from aos_gcs.planning.settings import (
-    Deadlines,
-    DetectionSettings,
-    MissionSettings,
-    PreflightSettings,
-    SearchMode,
-    SearchSettings,
-)
+from aos_gcs.planning.search_settings import SearchMode, SearchSettings
+from aos_gcs.planning.settings import Deadlines, DetectionSettings, MissionSettings, PreflightSettings
 from aos_gcs.ports import Capture, FlightMode, LandedState, Worker
 from tests.fakes.fleet import ORIGIN, FakeFleet, FakeVehicle
 

@@ -7,7 +7,7 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_gcs.mission.model.phase import Outcome
-from aos_gcs.planning.settings import SearchMode, SearchSettings
+from aos_gcs.planning.search_settings import SearchMode, SearchSettings
 from aos_sim.camera.component import CameraComponent
 from tests.fakes.air import Air, Faults
 from tests.fakes.air_flight import AirFlight, flying_over

@@ -19,7 +19,8 @@ from aos_gcs.mission.model.phase import Outcome, Phase, Suspension
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.preflight import checks
-from aos_gcs.planning.settings import FlightSettings, PreflightSettings, SearchSettings, TerrainSettings
+from aos_gcs.planning.search_settings import SearchSettings
+from aos_gcs.planning.settings import FlightSettings, PreflightSettings, TerrainSettings
 from aos_gcs.ports import Goto, LandedState, ReturnToLaunch
 from aos_gcs.runtime import virtual_time
 from tests.fakes.fleet import ORIGIN, FakeVehicle

@@ -13,7 +13,8 @@ from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.steps import PictureKind
 from aos_gcs.mission.search.ground_mapping import GroundPlace
-from aos_gcs.planning.settings import ForestSettings, SearchMode, SearchSettings
+from aos_gcs.planning.search_settings import SearchMode, SearchSettings
+from aos_gcs.planning.settings import ForestSettings
 from aos_gcs.ports import ThreadWorker
 from tests.fakes.mission_flight import EXACT, Flight, flying, prepare
 from tests.fakes.retraced import check_decisions_again

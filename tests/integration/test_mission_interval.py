@@ -9,7 +9,7 @@ from aos_gcs.imaging.model import IntervalCapture
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.phase import Outcome, Phase
-from aos_gcs.planning.settings import SearchMode, SearchSettings
+from aos_gcs.planning.search_settings import SearchMode, SearchSettings
 from aos_gcs.ports import Capture
 from tests.fakes.fleet import FRAME, FakeVehicle
 from tests.fakes.mission_flight import EXACT, Flight, flying, prepare

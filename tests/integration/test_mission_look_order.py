@@ -6,7 +6,8 @@ from pathlib import Path
 
 from aos_gcs.airspace.limits import UNLIMITED
 from aos_gcs.mission.model.phase import Outcome, Phase
-from aos_gcs.planning.settings import Deadlines, DetectionSettings, LookOrder, SearchMode, SearchSettings
+from aos_gcs.planning.search_settings import LookOrder, SearchMode, SearchSettings
+from aos_gcs.planning.settings import Deadlines, DetectionSettings
 from aos_gcs.runtime.verification import Verification, verify_mission
 from aos_gcs.runtime.virtual_time import run as run_virtually
 from aos_gcs.store.reader import MissionReader

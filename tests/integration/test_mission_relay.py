@@ -14,14 +14,8 @@ from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.search.strength import TAKE_OFF_S
-from aos_gcs.planning.settings import (
-    Deadlines,
-    FlightSettings,
-    PreflightSettings,
-    RelaySettings,
-    SearchMode,
-    SearchSettings,
-)
+from aos_gcs.planning.search_settings import SearchMode, SearchSettings
+from aos_gcs.planning.settings import Deadlines, FlightSettings, PreflightSettings, RelaySettings
 from aos_gcs.ports import Arm, LandedState
 from tests.fakes.fleet import FakeVehicle
 from tests.fakes.mission_flight import EXACT, Flight, flying, prepare

@@ -16,7 +16,8 @@ from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.model.steps import StepRecord
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.search.splitting import NEAR_M
-from aos_gcs.planning.settings import DetectionSettings, FlightSettings, LookOrder, PreflightSettings, SearchSettings
+from aos_gcs.planning.search_settings import LookOrder, SearchSettings
+from aos_gcs.planning.settings import DetectionSettings, FlightSettings, PreflightSettings
 from aos_gcs.ports import Goto
 from aos_gcs.runtime.verification import Verification, verify_mission
 from aos_gcs.runtime.virtual_time import run as run_virtually

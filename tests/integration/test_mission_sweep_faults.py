@@ -18,7 +18,8 @@ from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.search.exposing import BLIND_S
 from aos_gcs.mission.search.sweep import LEFT_BEHIND_M
 from aos_gcs.mission.search.sweep_commands import ANALYSIS_S, SweepCommands
-from aos_gcs.planning.settings import FlightSettings, SearchMode, SearchSettings
+from aos_gcs.planning.search_settings import SearchMode, SearchSettings
+from aos_gcs.planning.settings import FlightSettings
 from aos_gcs.ports import Command, FlightMode, Goto, Hold, ReturnToLaunch
 from aos_gcs.ports.worker import ThreadWorker
 from tests.fakes.fleet import FakeVehicle

@@ -13,7 +13,7 @@ import pytest
 from aos_gcs.errors import CaptureError
 from aos_gcs.mission.journal import Recorder
 from aos_gcs.mission.model.phase import Outcome, Phase
-from aos_gcs.planning.settings import SearchMode, SearchSettings
+from aos_gcs.planning.search_settings import SearchMode, SearchSettings
 from aos_gcs.ports import Capture, Notice
 from aos_gcs.store import recorder as store
 from aos_gcs.store.database import MissionDatabase, Write

@@ -15,7 +15,8 @@ from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.model.steps import StepRecord
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.search.flight_frames import FIRST_STEPS
-from aos_gcs.planning.settings import DetectionSettings, SearchMode, SearchSettings
+from aos_gcs.planning.search_settings import SearchMode, SearchSettings
+from aos_gcs.planning.settings import DetectionSettings
 from aos_gcs.ports import Capture, Goto
 from aos_gcs.runtime.virtual_time import run as run_virtually
 from tests.fakes.command_line import exit_status

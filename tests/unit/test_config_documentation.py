@@ -22,6 +22,7 @@ from aos_gcs.config.model import (
 )
 from aos_gcs.imaging.geolocation import Uncertainty
 from aos_gcs.imaging.step.settings import ImagingSettings
+from aos_gcs.planning.search_settings import SearchSettings
 from aos_gcs.planning.settings import (
     AutofocusSettings,
     Deadlines,
@@ -30,7 +31,6 @@ from aos_gcs.planning.settings import (
     ForestSettings,
     RegistrationSettings,
     RelaySettings,
-    SearchSettings,
 )
 from aos_gcs.sharing.settings import CaltopoSettings, TakSettings, WebhookSettings
 from aos_gcs.tracking.motion import MotionSettings

@@ -21,7 +21,8 @@ from aos_gcs.mission.search.findings import Findings
 from aos_gcs.mission.search.progress import ScanProgress
 from aos_gcs.mission.search.split import Split, begin_split, places_of_both
 from aos_gcs.planning.legs import ScanLeg
-from aos_gcs.planning.settings import MissionSettings, SearchMode, SearchSettings
+from aos_gcs.planning.search_settings import SearchMode, SearchSettings
+from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.ports import Severity
 from tests.fakes.target_sightings import analysis, seen
 

@@ -17,7 +17,8 @@ from aos_gcs.planning.advice import propose
 from aos_gcs.planning.check import check_plan
 from aos_gcs.planning.estimate import estimate_plan, scan_step_m
 from aos_gcs.planning.plan import MissionPlan, apply_plan, plan_of
-from aos_gcs.planning.settings import ForestSettings, MissionSettings, SearchMode
+from aos_gcs.planning.search_settings import SearchMode
+from aos_gcs.planning.settings import ForestSettings, MissionSettings
 
 SQUARE = ((-50.0, 0.0), (50.0, 0.0), (50.0, 100.0), (-50.0, 100.0))
 PLAN = MissionPlan(vehicles=5, area_enu_m=SQUARE, layer_spacing_m=3.0, search_mode=SearchMode.STOPS)

@@ -25,7 +25,8 @@ from aos_gcs.planning.expected_views import LineOfCameras, expected_views, line_
 from aos_gcs.planning.legs import ScanLeg, leg_formation, line_on
 from aos_gcs.planning.plan import MissionPlan, apply_plan, plan_of
 from aos_gcs.planning.pod_proposal import propose_pattern
-from aos_gcs.planning.settings import ForestSettings, MissionSettings, SearchMode, SearchSettings
+from aos_gcs.planning.search_settings import SearchMode, SearchSettings
+from aos_gcs.planning.settings import ForestSettings, MissionSettings
 
 SQUARE = ((-60.0, 0.0), (60.0, 0.0), (60.0, 120.0), (-60.0, 120.0))
 FOREST = ForestSettings(canopy_height_m=18.0, crown_base_m=4.4, occlusion=0.84)

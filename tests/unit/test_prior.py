@@ -19,7 +19,8 @@ from aos_gcs.mission.model.checks import CheckStatus
 from aos_gcs.mission.preflight.prior import check_prior
 from aos_gcs.planning.check import check_plan
 from aos_gcs.planning.plan import MissionPlan
-from aos_gcs.planning.settings import MissionSettings, SearchSettings
+from aos_gcs.planning.search_settings import SearchSettings
+from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.prior.file import prior_over, read_prior
 from tests.fakes.fleet import ORIGIN
 from tests.fakes.shapes import point, polygon, ring_deg, write_features

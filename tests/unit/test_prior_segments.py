@@ -20,7 +20,8 @@ from aos_gcs.groundmap.segments import segment_figures, success_of
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.planning.check import check_plan
 from aos_gcs.planning.plan import MissionPlan
-from aos_gcs.planning.settings import MissionSettings, SearchSettings
+from aos_gcs.planning.search_settings import SearchSettings
+from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.prior.file import lay_over
 from aos_gcs.prior.segments import Segment, read_segments, segments_about
 from aos_gcs.prior.shapes import PolygonPrior, WeightedPolygon

@@ -17,7 +17,8 @@ from aos_gcs.geometry.projection import Plane
 from aos_gcs.groundmap.ground_map import open_map
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.model.decisions import SearchRecord
-from aos_gcs.planning.settings import ForestSettings, MissionSettings, SearchSettings
+from aos_gcs.planning.search_settings import SearchSettings
+from aos_gcs.planning.settings import ForestSettings, MissionSettings
 from aos_gcs.runtime.continuing import continued_sortie
 from aos_gcs.runtime.viewer import Viewer
 from aos_gcs.store.database import MissionDatabase

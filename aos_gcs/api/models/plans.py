@@ -11,7 +11,7 @@ from typing import Annotated, Any
 from pydantic import ConfigDict, Field
 
 from aos_gcs.api.models.base import ScanLegModel, WireModel
-from aos_gcs.planning.settings import SearchMode, SearchSettings
+from aos_gcs.planning.search_settings import SearchMode, SearchSettings
 from aos_gcs.planning.shape_files import ShapeRole
 
 Latitude = Annotated[float, Field(ge=-90.0, le=90.0)]

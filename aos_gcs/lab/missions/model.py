@@ -10,7 +10,7 @@ from aos_gcs.errors import ConfigurationError
 from aos_gcs.imaging.model import SurfaceKind
 from aos_gcs.lab.flights import LEVEL_GROUND
 from aos_gcs.lab.spacing import Spacing, spacing_for
-from aos_gcs.planning.settings import GREATEST_POD, LEAST_POD, LookOrder, SearchMode
+from aos_gcs.planning.search_settings import GREATEST_POD, LEAST_POD, LookOrder, SearchMode
 
 HERE_M = 3.0
 """A claim farther from every person than this is a false one."""

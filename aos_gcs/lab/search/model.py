@@ -14,7 +14,8 @@ from aos_gcs.errors import ConfigurationError
 from aos_gcs.imaging.step.settings import MAX_RATE_HZ, ImagingSettings
 from aos_gcs.lab.worlds import Posture
 from aos_gcs.planning.plan import MissionPlan
-from aos_gcs.planning.settings import GREATEST_POD, LEAST_POD, ForestSettings
+from aos_gcs.planning.search_settings import GREATEST_POD, LEAST_POD
+from aos_gcs.planning.settings import ForestSettings
 
 CANOPY_HEIGHT_M: Final = 18.0
 CROWN_BASE_M: Final = 4.4

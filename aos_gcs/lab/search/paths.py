@@ -30,7 +30,7 @@ from aos_gcs.planning.leg_order import chances_of, order_legs
 from aos_gcs.planning.legs import ScanLeg, in_passes
 from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.planning.pod_proposal import propose_pattern
-from aos_gcs.planning.settings import SearchMode
+from aos_gcs.planning.search_settings import SearchMode
 from aos_gcs.prior.model import AreaPrior
 from aos_gcs.swarm.line import line_axis
 

@@ -26,7 +26,8 @@ from aos_gcs.mission.journal import Announcer
 from aos_gcs.mission.search.progress import ScanProgress
 from aos_gcs.mission.search.targeting import TargetTracker
 from aos_gcs.planning.legs import ScanLeg
-from aos_gcs.planning.settings import LookOrder, MissionSettings, SearchMode
+from aos_gcs.planning.search_settings import LookOrder, SearchMode
+from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.ports import Severity
 
 LOOK_S: Final = 25.0

@@ -27,7 +27,7 @@ from aos_gcs.mission.search.sweep_commands import SweepCommands, places_to_stop
 from aos_gcs.mission.search.sweeping import Sweeping
 from aos_gcs.mission.search.vision import Vision
 from aos_gcs.planning.legs import ScanLeg, leg_formation
-from aos_gcs.planning.settings import MIN_SWARM
+from aos_gcs.planning.search_settings import MIN_SWARM
 from aos_gcs.ports import Goto, Severity
 
 NEAR_M = 10.0
