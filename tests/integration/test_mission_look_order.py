@@ -57,14 +57,14 @@ def test_a_person_behind_a_warm_thing_is_found_before_that_is_looked_at() -> Non
     assert phases(first) == [Phase.SCAN, Phase.CONVERGE, Phase.SCAN, Phase.CONVERGE, Phase.FOUND]
     assert phases(by_gain) == [Phase.SCAN, Phase.CONVERGE, Phase.FOUND]
     assert found_s(by_gain) < found_s(first) - 5.0
-    assert not said(first, "left for later")
+    assert not said(first, "eft for later")
 
 
 def test_what_is_left_for_later_is_looked_at_behind_the_last_leg_and_the_record_proves_it(tmp_path: Path) -> None:
     flight = fly(BY_GAIN, detection=WHOLE_AREA)
     assert flight.view.snapshot().outcome is Outcome.FOUND
     assert flight.view.snapshot().covered_fraction == 1.0
-    assert len(said(flight, "m north is left for later (")) == 1
+    assert len(said(flight, "Left for later: ")) == 1
     assert flight.smallest_m >= UNLIMITED.separation_m
     assert len(said(flight, "Possible person (")) == 1
     write_search(tmp_path / "mission", flight.recorder)
@@ -77,17 +77,17 @@ def test_what_may_be_a_person_after_all_is_looked_at_behind_the_last_leg() -> No
     assert phases(flight) == [Phase.SCAN, Phase.CONVERGE, Phase.SCAN]
     swept = [step.elapsed_s for step in flight.recorder.steps.values() if step.branch == "sweep"]
     assert all(step.elapsed_s > max(swept) for step in flight.recorder.steps.values() if step.phase is Phase.CONVERGE)
-    assert len(said(flight, "was left for later and is looked at now")) == 1
+    assert len(said(flight, "Looked at now, as it was left for later: ")) == 1
     assert flight.view.snapshot().outcome is Outcome.NOT_FOUND
 
 
 def test_with_stops_the_look_comes_first() -> None:
     flight = fly(SearchSettings(SearchMode.STOPS))
     assert phases(flight)[:2] == [Phase.SCAN, Phase.CONVERGE]
-    assert not said(flight, "left for later")
+    assert not said(flight, "eft for later")
 
 
 def test_where_the_time_is_over_what_was_not_looked_at_is_named() -> None:
     flight = fly(BY_GAIN, None, (0.0, 40.0, 24.0), deadlines=Deadlines(search_s=20.0))
     assert flight.view.snapshot().outcome is Outcome.NOT_FOUND
-    assert len(said(flight, "Not looked at closely, though left for later: What is at ")) == 1
+    assert len(said(flight, "Left for later, and not looked at: ")) == 1

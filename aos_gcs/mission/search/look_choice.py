@@ -71,7 +71,7 @@ class _Later:
     @property
     def text(self) -> str:
         """The place in words."""
-        return f"What is at {self.place_enu_m[0]:.1f} m east, {self.place_enu_m[1]:.1f} m north"
+        return f"{self.place_enu_m[0]:.1f} m east, {self.place_enu_m[1]:.1f} m north"
 
 
 class LookChoice:
@@ -170,8 +170,8 @@ class LookChoice:
                 one.is_told = True
                 self._journal.notice(
                     Severity.INFO,
-                    f"{one.text} is left for later ({100 * one.probability:.0f} % a person): by scanning on, a person "
-                    "is expected to be found sooner",
+                    f"Left for later: {one.text} ({100 * one.probability:.0f} % a person). Scanning on is expected to "
+                    "find a person sooner",
                 )
 
     def next_leg(self, from_enu_m: Place) -> ScanLeg | None:
@@ -192,14 +192,14 @@ class LookChoice:
         self._look_legs.add(len(self._progress.legs))
         east, north = self._settings.scan_direction_enu
         east_m, north_m = best.place_enu_m
-        self._journal.notice(Severity.INFO, f"{best.text} was left for later and is looked at now")
+        self._journal.notice(Severity.INFO, f"Looked at now, as it was left for later: {best.text}")
         return ScanLeg((east_m - east * _LEG_M / 2.0, north_m - north * _LEG_M / 2.0), (east, north), _LEG_M)
 
     def tell_left(self) -> None:
         """Tell operators the places that the search ends without a look at."""
         if left := self._left:
             places = "; ".join(one.text for one in left)
-            self._journal.notice(Severity.WARNING, f"Not looked at closely, though left for later: {places}")
+            self._journal.notice(Severity.WARNING, f"Left for later, and not looked at: {places}")
 
     @property
     def _left(self) -> list[_Later]:

@@ -34,6 +34,12 @@ export const search: readonly StationText[] = [
     "Leg {leg} is blocked after {along} of {length} m (vehicle {id}: {reason}). The scan leaves out {left} m and continues behind",
     "Bahn {leg} ist nach {along} von {length} m versperrt (Drohne {id}: {reason}). Die Suche lässt {left} m aus und geht dahinter weiter",
   ],
+  [
+    "Left for later: {place} ({percent} % a person). Scanning on is expected to find a person sooner",
+    "Für später gelassen: {place} (zu {percent} % eine Person). Weiterzusuchen findet voraussichtlich eher jemanden",
+  ],
+  ["Looked at now, as it was left for later: {place}", "Wird jetzt angesehen, da für später gelassen: {place}"],
+  ["Left for later, and not looked at: {places}", "Für später gelassen und nicht angesehen: {places}"],
   // Search and findings.
   [
     "The prior cannot be used, all places count as equally likely: {error}",

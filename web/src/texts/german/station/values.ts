@@ -57,6 +57,22 @@ export const values: readonly StationText[] = [
     "floor_above_ground_m ({floor}) must be below ceiling_above_ground_m ({ceiling}).",
     "floor_above_ground_m ({floor}) muss unter ceiling_above_ground_m ({ceiling}) liegen.",
   ],
+  [
+    "{name} must lie within {least} and {greatest}, but is {value}.",
+    "{name} muss von {least} bis {greatest} sein, ist aber {value}.",
+  ],
+  [
+    "passes must lie within 1 and {greatest}, but is {value}.",
+    "passes muss von 1 bis {greatest} sein, ist aber {value}.",
+  ],
+  [
+    "pod must lie within {least} and {greatest}, but is {value}.",
+    "pod muss von {least} bis {greatest} sein, ist aber {value}.",
+  ],
+  [
+    "forget_min must be a finite number above 0, or be left out for never, but is {value}.",
+    "forget_min muss eine endliche Zahl über 0 sein oder für nie weggelassen werden, ist aber {value}.",
+  ],
   ["below must be above 0 and at most 1, got {value}.", "below muss über 0 und höchstens 1 sein, ist aber {value}."],
   [
     "height_m must lie within {least} and {greatest}, below the cameras, but is {value}.",
