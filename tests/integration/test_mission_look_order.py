@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from aos_gcs.airspace.limits import UNLIMITED
+from aos_gcs.mission.model.findings import FindingChange, FindingStatus
 from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.planning.search_settings import LookOrder, SearchMode, SearchSettings
 from aos_gcs.planning.settings import Deadlines, DetectionSettings
@@ -91,3 +92,20 @@ def test_where_the_time_is_over_what_was_not_looked_at_is_named() -> None:
     flight = fly(BY_GAIN, None, (0.0, 40.0, 24.0), deadlines=Deadlines(search_s=20.0))
     assert flight.view.snapshot().outcome is Outcome.NOT_FOUND
     assert len(said(flight, "Left for later, and not looked at: ")) == 1
+
+
+def test_what_an_operator_has_rejected_is_not_looked_at_later() -> None:
+    async def whole() -> Flight:
+        flight = prepare(3, None, search=BY_GAIN, area_enu_m=AREA, camera_delay_s=0.6, errors=EXACT)
+        for vehicle in flight.fleet.members.values():
+            vehicle.others = ((0.0, 40.0, 24.0),)
+        async with flying(flight) as run:
+            await flight.until(lambda: bool(flight.view.snapshot().findings))
+            (finding,) = flight.view.snapshot().findings
+            await flight.commands.change_finding(finding.finding_id, FindingChange(status=FindingStatus.REJECTED))
+            await run
+        return flight
+
+    flight = run_virtually(whole())
+    assert phases(flight) == [Phase.SCAN]
+    assert not said(flight, "Looked at now")

@@ -101,7 +101,7 @@ def test_places_are_looked_at_in_the_order_of_their_gain_on_legs_of_their_own() 
     assert set(one.later_enu_m) == {(0.0, 90.0), (20.0, 10.0)}
     assert not one.is_look_leg
     for place_m in ((20.0, 10.0), (0.0, 90.0)):
-        leg = one.next_leg((0.0, 0.0))
+        leg = one.next_leg()
         assert leg is not None
         progress.leave_for(leg)
         assert one.is_look_leg
@@ -110,10 +110,15 @@ def test_places_are_looked_at_in_the_order_of_their_gain_on_legs_of_their_own() 
         assert leg.after(leg.length_m / 2.0).start_enu_m == pytest.approx(place_m)
         # A look leg has nothing to go on with.
         assert not one.leaves(place_m, verdict(0.01), vehicles=3)
-    assert one.next_leg((0.0, 0.0)) is None
+    assert one.next_leg() is None
     assert len(journal.texts) == 2
     one.tell_left()
     assert len(journal.texts) == 2
+
+
+def test_before_there_are_legs_nothing_is_left() -> None:
+    one, _, _ = choice(legs=0)
+    assert one.next_leg() is None
 
 
 def test_what_the_search_ends_without_is_named() -> None:

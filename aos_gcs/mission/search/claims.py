@@ -53,6 +53,12 @@ class Claims:
     @property
     def settled_enu_m(self) -> tuple[tuple[float, float], ...]:
         """Places that the swarm does not converge on again: looked at, or judged by operators."""
+        settled_enu_m = self.looked_at_enu_m
+        return (*settled_enu_m, *self._rivals_enu_m(settled_enu_m))
+
+    @property
+    def looked_at_enu_m(self) -> tuple[tuple[float, float], ...]:
+        """Places that need no look any more: looked at, surely no person, or judged by operators."""
         target = self._tracker.estimate()
         judged = [
             finding.position_enu_m[:2]
@@ -64,8 +70,7 @@ class Claims:
                 and (target is None or finding is not self._findings.at(target, FindingStatus.CONFIRMED))
             )
         ]
-        settled_enu_m = (*self._looks.settled_enu_m, *judged)
-        return (*settled_enu_m, *self._rivals_enu_m(settled_enu_m))
+        return (*self._looks.settled_enu_m, *judged)
 
     def _rivals_enu_m(self, settled_enu_m: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
         """Return the places of what is no person while something in view may be one.
@@ -204,11 +209,6 @@ class Claims:
         self._looks.settle(target.track_id, target.position_enu_m)
         if self._tracker.blob_enu_m is not None:
             self._looks.leave(self._tracker.blob_enu_m)
-
-    @property
-    def looked_at_enu_m(self) -> tuple[tuple[float, float], ...]:
-        """Places that the swarm has looked at, or that are surely no person."""
-        return self._looks.settled_enu_m
 
     def conclude_lost(self) -> None:
         """Decide about a target that was lost, if it was a person when it was last seen; it may be looked at again."""

@@ -224,7 +224,7 @@ class Decider:
 
     def goes_on_to_looks(self) -> bool:
         """Leave the other legs out where something was left for later; return whether that is looked at now."""
-        if (leg := self.choice.next_leg(self.progress.here_enu_m)) is None:
+        if (leg := self.choice.next_leg()) is None:
             return False
         self.progress.leave_for(leg)
         return True

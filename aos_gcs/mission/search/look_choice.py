@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from aos_gcs.imaging.persons.decision import SURELY_OTHER, Verdict
-from aos_gcs.imaging.step.judgement import SETTLED_BY_FEW_M
+from aos_gcs.imaging.step.judgement import SETTLED_BY_FEW_M, SETTLED_M
 from aos_gcs.mission.journal import Announcer
 from aos_gcs.mission.search.progress import ScanProgress
 from aos_gcs.mission.search.targeting import TargetTracker
@@ -156,9 +156,12 @@ class LookChoice:
             place_enu_m, verdict = (float(east_m), float(north_m)), tracker.verdict(track_id)
             if (one := self._at(place_enu_m)) is None or verdict is None:
                 continue
-            one.place_enu_m, one.probability, one.track_id = place_enu_m, _probability(verdict), track_id
-            one.is_judged = True
-            one.looks = max(one.looks, tracker.telling_looks(track_id))
+            probability = _probability(verdict)
+            # A person beside something else counts, not what is beside the person.
+            if one in shown and probability < one.probability:
+                continue
+            one.place_enu_m, one.probability, one.track_id = place_enu_m, probability, track_id
+            one.looks, one.is_judged = max(one.looks, tracker.telling_looks(track_id)), True
             if one not in shown:
                 shown.append(one)
         return shown
@@ -174,19 +177,15 @@ class LookChoice:
                     "find a person sooner",
                 )
 
-    def next_leg(self, from_enu_m: Place) -> ScanLeg | None:
-        """Return a leg over the place whose look gains most, to be flown behind all others; None where none is left.
-
-        Args:
-            from_enu_m: horizontal place of the swarm's middle.
-        """
-        speed_mps = self._settings.flight.cruise_speed_mps
+    def next_leg(self) -> ScanLeg | None:
+        """Return a leg over the place whose look gains most, to be flown behind all others; None where none is left."""
+        if not (left := self._left):
+            return None
+        speed_mps, from_enu_m = self._settings.flight.cruise_speed_mps, self._progress.here_enu_m
 
         def gain(one: _Later) -> float:
             return one.probability / (LOOK_S + RETURN_S + math.dist(one.place_enu_m, from_enu_m) / speed_mps)
 
-        if not (left := self._left):
-            return None
         best = max(left, key=gain)
         self._later.remove(best)
         self._look_legs.add(len(self._progress.legs))
@@ -233,4 +232,4 @@ def _probability(verdict: Verdict | None) -> float:
 
 
 def _is_within(one: _Later, others_enu_m: Sequence[Place]) -> bool:
-    return any(math.dist(one.place_enu_m, other) <= SETTLED_BY_FEW_M for other in others_enu_m)
+    return any(math.dist(one.place_enu_m, other) <= SETTLED_M for other in others_enu_m)
