@@ -15,12 +15,13 @@ from aos_gcs.errors import ConfigurationError
 from aos_gcs.imaging.model import SurfaceKind
 from aos_gcs.imaging.persons.decision import CLAIMED
 from aos_gcs.lab.flights import Flight, FlightParameters, Place, build_flight
-from aos_gcs.lab.missions.model import HERE_M, MissionKey, MissionResult, MissionsSettings
+from aos_gcs.lab.missions.model import HERE_M, LegChoice, MissionKey, MissionResult, MissionsSettings
 from aos_gcs.mission.model.decisions import ConclusionRecord
 from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.model.steps import StepRecord
+from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.search_settings import LookOrder
-from aos_gcs.runtime.planned_missions import planned_for, predicted
+from aos_gcs.runtime.planned_missions import planned_for, predicted, with_chosen_legs
 from aos_gcs.runtime.virtual_mission import FlownMission, fly, mission_settings, search_settings
 
 
@@ -65,13 +66,16 @@ def fly_mission(settings: MissionsSettings, key: MissionKey) -> MissionResult:
             planned = replace(planned, search=replace(planned.search, looks=LookOrder(settings.looks)))
         if settings.pod is not None:
             planned = planned_for(planned, key.trees_per_ha, settings.pod)
-        mission = fly(flight, planned)
+        legs: tuple[ScanLeg, ...] = ()
+        if settings.pod is not None and settings.legs == LegChoice.CHOSEN:
+            planned, legs = with_chosen_legs(planned, settings.pod)
+        mission = fly(flight, planned, legs=legs)
     if mission.snapshot.outcome is Outcome.FAILED and not mission.steps:
         raise ConfigurationError(f"Missions with --errors {key.errors} do not take off. {mission.snapshot.message}")
     result = judge(key, flight, mission, time.process_time() - begin_s)
     if settings.pod is None:
         return result
-    return replace(result, predicted=predicted(planned, flight.persons_enu_m, flight.postures))
+    return replace(result, predicted=predicted(planned, flight.persons_enu_m, flight.postures, legs))
 
 
 def judge(key: MissionKey, flight: Flight, mission: FlownMission, processor_s: float) -> MissionResult:

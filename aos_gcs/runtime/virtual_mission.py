@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -22,6 +22,7 @@ from aos_gcs.mission.model.phase import OutcomeRecord
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.steps import Picture, StepRecord
 from aos_gcs.mission.model.vehicles import SettingsRecord
+from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.search_settings import SearchMode, SearchSettings
 from aos_gcs.planning.settings import FlightSettings, MissionSettings, PreflightSettings, RegistrationSettings
 from aos_gcs.ports import Capture
@@ -163,21 +164,24 @@ def _uncertainty(spacing: Spacing) -> Uncertainty:
     return Uncertainty(position_horizontal_m=horizontal_m, position_vertical_m=vertical_m)
 
 
-def fly(flight: Flight, settings: MissionSettings, trace: StepTrace | None = None) -> FlownMission:
+def fly(
+    flight: Flight, settings: MissionSettings, trace: StepTrace | None = None, *, legs: Sequence[ScanLeg] = ()
+) -> FlownMission:
     """Fly a mission from the launch to the last landing; a flight can be flown once.
 
     Args:
         flight: the world, with its vehicles.
         settings: settings of the mission.
         trace: recorder of the mission, where more is needed than steps and conclusions; None: these alone.
+        legs: legs that are known before the start and flown in this order; none: the mission plans its own.
 
     Raises:
         ConfigurationError: the settings do not fit together.
     """
-    return run(_fly(flight, settings, StepTrace() if trace is None else trace))
+    return run(_fly(flight, settings, StepTrace() if trace is None else trace, legs))
 
 
-async def _fly(flight: Flight, settings: MissionSettings, trace: StepTrace) -> FlownMission:
+async def _fly(flight: Flight, settings: MissionSettings, trace: StepTrace, legs: Sequence[ScanLeg]) -> FlownMission:
     clock = LoopClock()
     journal = Journal(clock)
     mission = Coordinator(
@@ -191,6 +195,7 @@ async def _fly(flight: Flight, settings: MissionSettings, trace: StepTrace) -> F
         imaging=InlineWorker(),
         pictures=False,
     )
+    mission.sortie.search.decider.progress.plan(legs)
     async with journal.recorded(trace):
         await mission.run()
     steps = tuple(trace.steps[number] for number in sorted(trace.steps))

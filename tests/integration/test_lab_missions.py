@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 import json
+import math
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from aos_gcs.airspace.limits import UNLIMITED
+from aos_gcs.lab.flights import FlightParameters, build_flight
 from aos_gcs.lab.missions.store import MISSIONS_FILE
+from aos_gcs.planning.legs import ScanLeg
+from aos_gcs.planning.search_settings import LookOrder, SearchSettings
+from aos_gcs.runtime.virtual_mission import fly, mission_settings
 from tests.fakes.command_line import exit_status
 
 SMALL = ("--densities", "20", "--vehicles", "3", "--side", "25", "--image-size", "128", "--errors", "none")
@@ -63,6 +70,30 @@ def test_vehicles_without_corrections_take_off_and_keep_apart(tmp_path: Path) ->
     assert result["min_separation_m"] >= UNLIMITED.separation_m
 
 
+def test_the_coordinator_flies_legs_that_are_given() -> None:
+    flight = build_flight(
+        FlightParameters(
+            seed=3,
+            vehicles=1,
+            trees_per_ha=0.0,
+            has_person=False,
+            errors="none",
+            conditions="cool",
+            side_m=20.0,
+            image_size_px=64,
+        )
+    )
+    middle_m = np.mean(flight.area_enu_m, axis=0)
+    side = math.sqrt(0.5)
+    slanting = ScanLeg((float(middle_m[0]) - 8.0, float(middle_m[1]) - 8.0), (side, side), 16.0)
+    legs = (slanting, replace(slanting.reversed, length_m=10.0))
+    at_once = SearchSettings(looks=LookOrder.FIRST)  # else ways to what is left for later follow the last leg
+    flown = fly(flight, mission_settings(flight, 1, "aos-apso", 3, search=at_once), legs=legs)
+    assert flown.snapshot.legs_enu_m == tuple((leg.start_enu_m, leg.end_enu_m) for leg in legs)
+    assert flown.snapshot.leg == len(legs)
+    assert flight.landed == 1
+
+
 @pytest.mark.parametrize(
     ("options", "expected"),
     [
@@ -74,6 +105,7 @@ def test_vehicles_without_corrections_take_off_and_keep_apart(tmp_path: Path) ->
         (("--vehicles", "0"), "vehicles must lie within 1 and 100"),
         (("--search", "hovering"), "--search must be one of continuous, stops, split, got 'hovering'"),
         (("--missions", "0", "--no-person", "0"), "--seed, --missions and --no-person"),
+        (("--legs", "chosen"), "--legs chosen needs --pod"),
         (("--jobs", "0"), "jobs must lie within 1 and 256"),
         (("--reference", "nowhere"), "--reference nowhere holds no study of missions"),
         (("--densities", "many"), "--densities must be numbers"),

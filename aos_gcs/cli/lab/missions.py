@@ -49,8 +49,8 @@ def missions(
         Path | None,
         typer.Option(
             metavar="DIR",
-            help="Folder of the same missions with another strategy, search mode or order of looks; differences to it "
-            "are reported pair by pair.",
+            help="Folder of the same missions with another strategy, search mode, order of looks or other legs; "
+            "differences to it are reported pair by pair.",
         ),
     ] = None,
     vehicles: Annotated[int, typer.Option(help="Number of drones.")] = 10,
@@ -102,6 +102,14 @@ def missions(
             show_default="spacings and speed as missions have by default",
         ),
     ] = None,
+    legs: Annotated[
+        str,
+        typer.Option(
+            metavar="planned|chosen",
+            help="Fly parallel legs, or legs chosen one after the other, each where the swarm's line expects to gain "
+            "most probability of detection per second, until that of --pod is expected.",
+        ),
+    ] = "planned",
     jobs: Annotated[int, typer.Option(help="Number of processes on this machine.")] = 1,
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Address of a Dask scheduler, such as tcp://10.0.0.1:8786.")
@@ -147,6 +155,7 @@ def missions(
         surface=surface,
         pod=pod,
         looks=looks,
+        legs=legs,
     )
     # Before hours of work: a document that cannot be renewed, or a reference that does not fit, is refused at once.
     frame = None if document is None else missions_frame(document)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 from itertools import product
 
 from aos_gcs.errors import ConfigurationError
@@ -14,6 +15,15 @@ from aos_gcs.planning.search_settings import GREATEST_POD, LEAST_POD, LookOrder,
 
 HERE_M = 3.0
 """A claim farther from every person than this is a false one."""
+
+
+class LegChoice(StrEnum):
+    """Legs that missions fly for a wanted probability of detection."""
+
+    PLANNED = "planned"
+    """Parallel ones, to and fro, as missions plan them."""
+    CHOSEN = "chosen"
+    """One after the other, each where the line expects to gain most probability of detection per second."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,13 +59,16 @@ class MissionsSettings:
     pod: float | None = None
     """Probability of detection of a standing person for which spacings and speed are planned, as for the forest's
     density; the legs are flown once. None: spacings and speed are those by default."""
+    legs: str = LegChoice.PLANNED
+    """Legs, ``planned`` or ``chosen``; chosen ones need a wanted probability of detection."""
 
     @property
     def name(self) -> str:
-        """Strategy, search mode, focal surface and order of looks, for comparisons."""
+        """Strategy, search mode, focal surface, order of looks and chosen legs, for comparisons."""
         surface = f"focal surface {self.surface}" if self.surface else ""
         looks = f"looks {self.looks}" if self.looks else ""
-        return ", ".join(part for part in (self.strategy, self.search_mode, surface, looks) if part)
+        legs = "chosen legs" if self.legs == LegChoice.CHOSEN else ""
+        return ", ".join(part for part in (self.strategy, self.search_mode, surface, looks, legs) if part)
 
     def __post_init__(self) -> None:
         if self.follow_ground and self.terrain == LEVEL_GROUND:
@@ -66,6 +79,10 @@ class MissionsSettings:
             raise ConfigurationError(f"--surface must be terrain or level, got {self.surface!r}.")
         if self.looks not in {"", *LookOrder}:
             raise ConfigurationError(f"--looks must be first or gain, got {self.looks!r}.")
+        if self.legs not in set(LegChoice):
+            raise ConfigurationError(f"--legs must be planned or chosen, got {self.legs!r}.")
+        if self.legs == LegChoice.CHOSEN and self.pod is None:
+            raise ConfigurationError("--legs chosen needs --pod: legs are chosen until it is expected to be reached.")
         if self.pod is not None:
             if not LEAST_POD <= self.pod <= GREATEST_POD:
                 raise ConfigurationError(f"--pod must lie within {LEAST_POD:g} and {GREATEST_POD:g}, got {self.pod:g}.")

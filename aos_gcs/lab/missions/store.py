@@ -50,11 +50,11 @@ def reference_missions(path: Path, settings: MissionsSettings) -> tuple[str, lis
         reference = MissionsSettings(**json.loads((path / SETTINGS_FILE).read_text(encoding="utf-8")))
     except (OSError, ValueError, TypeError) as error:
         raise ConfigurationError(f"--reference {path} holds no study of missions ({error}).") from error
-    varied = {name: getattr(settings, name) for name in ("strategy", "search_mode", "surface", "looks")}
+    varied = {name: getattr(settings, name) for name in ("strategy", "search_mode", "surface", "looks", "legs")}
     if replace(reference, **varied) != settings:
         raise ConfigurationError(
             f"--reference {path} was flown with other settings ({reference}); only strategy, search mode, "
-            "surface and looks may differ."
+            "surface, looks and legs may differ."
         )
     return reference.name, _results(path)
 
