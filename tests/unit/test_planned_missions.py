@@ -10,6 +10,7 @@ from aos_gcs.errors import ConfigurationError
 from aos_gcs.lab.missions.model import MissionsSettings
 from aos_gcs.lab.missions.report import as_markdown, summarise
 from aos_gcs.planning.settings import MissionSettings
+from aos_gcs.runtime import planned_missions
 from aos_gcs.runtime.planned_missions import planned_for, predicted
 from tests.fakes.target_sightings import SETTINGS
 from tests.unit.test_lab_missions import EMPTY, FOUND
@@ -31,7 +32,9 @@ def test_spacings_and_speed_are_those_of_the_planner_and_the_legs_are_flown_once
     assert planned.area_enu_m == AREA
 
 
-def test_what_no_pattern_reaches_is_refused() -> None:
+def test_what_no_pattern_reaches_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    # The planner itself tries a hundred patterns before it gives up.
+    monkeypatch.setattr(planned_missions, "propose_pattern", lambda *_: None)
     with pytest.raises(ConfigurationError, match=r"--pod 0\.99 cannot be reached by 1 vehicles at 1000 trees"):
         planned_for(mission(1), 1000.0, 0.99)
 
