@@ -74,7 +74,7 @@ class NotingWorker:
         """Run a function in the worker's process."""
         result = await self.worker.run(function, *arguments, **options)
         if function is add_frames:
-            self.delays.note_added([frame for frame, _ in arguments[1]])
+            self.delays.note_added([frame for frame, _, _ in arguments[1]])
         return result
 
 
