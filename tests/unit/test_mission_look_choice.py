@@ -14,37 +14,17 @@ from aos_gcs.mission.search.progress import ScanProgress
 from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.search_settings import LookOrder, SearchMode, SearchSettings
 from aos_gcs.planning.settings import MissionSettings
-from aos_gcs.ports import Severity
+from tests.fakes.notices import Notices
 from tests.fakes.target_sightings import SETTINGS
 
 PLACE = (3.0, 40.0)
 
 
-class _Notices:
-    """Journal that keeps the texts."""
-
-    def __init__(self) -> None:
-        self.texts: list[str] = []
-
-    def elapsed_s(self) -> float:
-        return 0.0
-
-    def notice(
-        self,
-        severity: Severity,  # noqa: ARG002
-        text: str,
-        vehicle_id: int | None = None,  # noqa: ARG002
-        *,
-        track_id: int | None = None,  # noqa: ARG002
-    ) -> None:
-        self.texts.append(text)
-
-
 def choice(
     legs: int = 2, length_m: float = 100.0, search: SearchSettings | None = None
-) -> tuple[LookChoice, ScanProgress, _Notices]:
+) -> tuple[LookChoice, ScanProgress, Notices]:
     settings: MissionSettings = replace(SETTINGS, search=search or SearchSettings(looks=LookOrder.GAIN))
-    progress, journal = ScanProgress(0.5), _Notices()
+    progress, journal = ScanProgress(0.5), Notices()
     progress.plan([ScanLeg((20.0 * number, 0.0), (0.0, 1.0), length_m) for number in range(legs)])
     return LookChoice(settings, journal, progress), progress, journal
 
@@ -101,7 +81,7 @@ def test_places_are_looked_at_in_the_order_of_their_gain_on_legs_of_their_own() 
     assert set(one.later_enu_m) == {(0.0, 90.0), (20.0, 10.0)}
     assert not one.is_look_leg
     for place_m in ((20.0, 10.0), (0.0, 90.0)):
-        leg = one.next_leg()
+        leg = one.next_leg(())
         assert leg is not None
         progress.leave_for(leg)
         assert one.is_look_leg
@@ -110,19 +90,38 @@ def test_places_are_looked_at_in_the_order_of_their_gain_on_legs_of_their_own() 
         assert leg.after(leg.length_m / 2.0).start_enu_m == pytest.approx(place_m)
         # A look leg has nothing to go on with.
         assert not one.leaves(place_m, verdict(0.01), vehicles=3)
-    assert one.next_leg() is None
+    assert one.next_leg(()) is None
     assert len(journal.texts) == 2
-    one.tell_left()
+    one.tell_left(())
     assert len(journal.texts) == 2
+
+
+def test_what_was_looked_at_meanwhile_is_not_flown_to() -> None:
+    one, _, journal = choice()
+    one.leaves(PLACE, verdict(0.1), vehicles=3)
+    assert one.next_leg([(3.0, 41.5)]) is None
+    one.tell_left(())
+    assert journal.texts == []
+
+
+def test_legs_that_are_left_for_looks_count_as_left_out() -> None:
+    one, progress, _ = choice(legs=3, length_m=100.0)
+    progress.advance_in_flight(30.0, 50.0)
+    one.leaves(PLACE, verdict(0.1), vehicles=3)
+    leg = one.next_leg(())
+    assert leg is not None
+    progress.leave_for(leg)
+    assert progress.left_out_m == pytest.approx(270.0)
+    assert progress.present_leg is leg
 
 
 def test_before_there_are_legs_nothing_is_left() -> None:
     one, _, _ = choice(legs=0)
-    assert one.next_leg() is None
+    assert one.next_leg(()) is None
 
 
 def test_what_the_search_ends_without_is_named() -> None:
     one, _, journal = choice()
     one.leaves(PLACE, verdict(0.1), vehicles=3)
-    one.tell_left()
+    one.tell_left(())
     assert journal.texts == ["Left for later, and not looked at: 3.0 m east, 40.0 m north"]

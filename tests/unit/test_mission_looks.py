@@ -16,30 +16,8 @@ from aos_gcs.mission.search.findings import Findings
 from aos_gcs.mission.search.looks import Looks
 from aos_gcs.mission.search.persons import Judgement
 from aos_gcs.mission.search.targeting import TargetTracker
-from aos_gcs.ports import Severity
+from tests.fakes.notices import Notices
 from tests.fakes.target_sightings import SETTINGS, STEP_S, Follower, analysis, seen
-
-
-class _Notices:
-    """Journal that keeps the texts."""
-
-    def __init__(self) -> None:
-        self.texts: list[str] = []
-        self.track_ids: list[int | None] = []
-
-    def elapsed_s(self) -> float:
-        return 0.0
-
-    def notice(
-        self,
-        severity: Severity,  # noqa: ARG002
-        text: str,
-        vehicle_id: int | None = None,  # noqa: ARG002
-        *,
-        track_id: int | None = None,
-    ) -> None:
-        self.texts.append(text)
-        self.track_ids.append(track_id)
 
 
 @pytest.mark.parametrize("steps_out_of_view", [0, 3])
@@ -49,7 +27,7 @@ def test_the_blob_of_a_settled_target_is_settled_even_where_it_lies_beside_its_p
     Also when the vehicles that hover no longer see what they saw in flight: one sweep was stopped ten times.
     """
     follower = Follower(FindingKind.WARM_OBJECT)
-    claims = Claims(SETTINGS.detection, _Notices(), follower.tracker, Findings())
+    claims = Claims(SETTINGS.detection, Notices(), follower.tracker, Findings())
     beside = seen(5.0, 20.0)
     beside = replace(beside, blob=replace(beside.blob, centroid_enu_m=(5.0 + 1.5 * SETTLED_M, 20.0, 0.0)))
     follower.observe(beside)
@@ -67,7 +45,7 @@ def test_what_leaves_show_and_hide_in_turn_is_left_after_three_sightings() -> No
     """A cloth that flickers drew the swarm ten times in one mission, as it was never seen often enough in a row."""
     cloth = Judgement(Verdict(FindingKind.OBJECT, 0.0, (), is_surely_other=True))
     tracker = TargetTracker(SETTINGS)
-    claims = Claims(SETTINGS.detection, _Notices(), tracker, Findings())
+    claims = Claims(SETTINGS.detection, Notices(), tracker, Findings())
     for step in range(9):
         sightings = [seen(5.0, 20.0)] if step % 4 == 0 else []
         tracker.observe(analysis(*sightings), STEP_S * (step + 1))
@@ -81,7 +59,7 @@ def test_what_most_frames_show_to_be_no_person_is_left_at_once() -> None:
     """A stone that all vehicles had seen in all frames of three steps drew the swarm five times in one mission."""
     stone = Judgement(Verdict(FindingKind.WARM_OBJECT, 0.01, (), is_surely_other=True, is_thorough=True))
     tracker = TargetTracker(SETTINGS)
-    claims = Claims(SETTINGS.detection, _Notices(), tracker, Findings())
+    claims = Claims(SETTINGS.detection, Notices(), tracker, Findings())
     tracker.observe(analysis(seen(5.0, 20.0)), STEP_S)
     tracker.judge(dict.fromkeys(tracker.places_enu_m(), stone))
     claims.announce()
@@ -94,7 +72,7 @@ def test_what_is_marked_once_and_then_only_warm_is_not_looked_at_again(warm: boo
     verdict = Verdict(FindingKind.ANIMAL, 0.01, (), is_surely_other=True)
     place = Geolocation(np.array([5.0, 20.0, 0.0]), 0.1 * np.eye(3), 0.1 * np.eye(3))
     tracker = TargetTracker(SETTINGS)
-    claims = Claims(SETTINGS.detection, _Notices(), tracker, Findings())
+    claims = Claims(SETTINGS.detection, Notices(), tracker, Findings())
     settled = []
     for step in range(3):
         tracker.observe(analysis(*([] if step else [seen(5.0, 20.0)])), STEP_S * (step + 1))
@@ -108,7 +86,7 @@ def test_what_is_marked_once_and_then_only_warm_is_not_looked_at_again(warm: boo
 @pytest.mark.parametrize("sure", [True, False])
 def test_what_is_out_of_view_is_searched_for_unless_it_was_surely_no_person(sure: bool) -> None:
     follower = Follower(FindingKind.WARM_OBJECT)
-    claims = Claims(SETTINGS.detection, _Notices(), follower.tracker, Findings())
+    claims = Claims(SETTINGS.detection, Notices(), follower.tracker, Findings())
     follower.verdict = replace(follower.verdict, is_surely_other=sure)
     assert claims.is_worth_a_search()
     follower.observe(seen(5.0, 20.0))
@@ -156,7 +134,7 @@ def test_a_sighting_by_too_few_to_be_sure_leaves_the_count_as_it_is() -> None:
     ("kind", "text"), [(FindingKind.PERSON, "Possible person"), (FindingKind.WARM_OBJECT, "Warm object?")]
 )
 def test_two_tracks_of_one_body_are_announced_once(kind: FindingKind, text: str) -> None:
-    tracker, journal = TargetTracker(SETTINGS), _Notices()
+    tracker, journal = TargetTracker(SETTINGS), Notices()
     claims = Claims(SETTINGS.detection, journal, tracker, Findings())
     place = Geolocation(np.array([1.0, 20.0, 0.0]), 0.1 * np.eye(3), 0.1 * np.eye(3))
     is_person = kind is FindingKind.PERSON
@@ -174,7 +152,7 @@ def test_two_tracks_of_one_body_are_announced_once(kind: FindingKind, text: str)
 def test_another_track_of_a_person_who_is_watched_does_not_settle_its_place() -> None:
     """The swarm lost a person two steps after it was announced, and searched on for minutes."""
     tracker = TargetTracker(SETTINGS)
-    claims = Claims(SETTINGS.detection, _Notices(), tracker, Findings())
+    claims = Claims(SETTINGS.detection, Notices(), tracker, Findings())
     place = Geolocation(np.array([1.0, 20.0, 0.0]), 0.1 * np.eye(3), 0.1 * np.eye(3))
     judgement = Judgement(Verdict(FindingKind.PERSON, 0.9, ()), place)
     for step in range(8):
@@ -190,7 +168,7 @@ def test_another_track_of_a_person_who_is_watched_does_not_settle_its_place() ->
 
 def test_what_may_be_a_person_is_not_left_for_something_larger() -> None:
     tracker = TargetTracker(SETTINGS)
-    claims = Claims(SETTINGS.detection, _Notices(), tracker, Findings())
+    claims = Claims(SETTINGS.detection, Notices(), tracker, Findings())
     person, deer = Judgement(Verdict(FindingKind.PERSON, 0.7, ())), Judgement(Verdict(FindingKind.ANIMAL, 0.1, ()))
     tracker.observe(analysis(seen(20.0, 20.0, 0.9), seen(0.0, 20.0)), STEP_S)
     (of_deer,) = (key for key, place in tracker.places_enu_m().items() if place[0] > 10.0)
@@ -203,7 +181,7 @@ def test_what_may_be_a_person_is_not_left_for_something_larger() -> None:
 
 @pytest.mark.parametrize("sure", [True, False])
 def test_what_most_vehicles_see_to_be_no_person_needs_no_longer_look(*, sure: bool) -> None:
-    follower, journal = Follower(), _Notices()
+    follower, journal = Follower(), Notices()
     claims = Claims(SETTINGS.detection, journal, follower.tracker, Findings())
     follower.verdict = Verdict(FindingKind.WARM_OBJECT, 0.01, (), sure)
     over = []
@@ -218,7 +196,7 @@ def test_what_most_vehicles_see_to_be_no_person_needs_no_longer_look(*, sure: bo
 
 
 def test_operators_are_told_once_that_more_looks_make_an_announced_person_unlikely() -> None:
-    follower, journal = Follower(), _Notices()
+    follower, journal = Follower(), Notices()
     claims = Claims(SETTINGS.detection, journal, follower.tracker, Findings())
     for step in range(40):
         if step == 5:
@@ -237,7 +215,7 @@ def test_operators_are_told_once_that_more_looks_make_an_announced_person_unlike
 @pytest.mark.parametrize("other", [FindingKind.OBJECT, FindingKind.WARM_OBJECT])
 def test_an_announced_person_stays_where_it_was_when_its_track_goes_on_to_something_else(other: FindingKind) -> None:
     """A finding moved 3 m from the person to a puddle, and the person was announced again."""
-    follower, journal = Follower(), _Notices()
+    follower, journal = Follower(), Notices()
     claims = Claims(SETTINGS.detection, journal, follower.tracker, Findings())
     for _ in range(5):
         follower.observe(seen(5.0, 20.0))

@@ -200,15 +200,15 @@ class Decider:
             judgements: what the tracks are taken for, by their ids.
         """
         self.tracker.judge(judgements)
-        is_free = following in {Phase.SCAN, Phase.LINE}
+        found = self._claims.announce()
+        is_free = found is None and following in {Phase.SCAN, Phase.LINE}
         looked_at_enu_m = self._claims.looked_at_enu_m
         worth_it = self.choice.review(self.tracker, looked_at_enu_m, self._swarm_size, is_free=is_free)
-        found = self._claims.announce()
         if following is Phase.FOUND and self._claims.is_rejected():
             return self._go_on()
         if following not in {Phase.SCAN, Phase.CONVERGE, Phase.LINE}:
             return following
-        if found is None and worth_it is not None:
+        if worth_it is not None:
             self.tracker.attend(worth_it)
             return Phase.CONVERGE
         if found is not None:
@@ -224,7 +224,7 @@ class Decider:
 
     def goes_on_to_looks(self) -> bool:
         """Leave the other legs out where something was left for later; return whether that is looked at now."""
-        if (leg := self.choice.next_leg()) is None:
+        if (leg := self.choice.next_leg(self._claims.looked_at_enu_m)) is None:
             return False
         self.progress.leave_for(leg)
         return True
@@ -306,7 +306,7 @@ class Decider:
             return self._watch()
         if situation.now_s > self._settings.deadlines.search_s:
             self._journal.notice(Severity.WARNING, "Maximum search time reached: all vehicles return")
-            self.choice.tell_left()
+            self.choice.tell_left(self._claims.looked_at_enu_m)
             return Phase.RETURN
         if in_view:
             return Phase.CONVERGE

@@ -137,7 +137,7 @@ class LookChoice:
         """
         leading = [one for one in self._later if one.leads]
         shown = self._take_in(tracker)
-        self._later = [one for one in self._later if not _is_within(one, looked_at_enu_m)]
+        self._drop(looked_at_enu_m)
         for one in self._later:
             one.leads = one in shown and self._is_choosing and self._is_worth_it(one.probability, vehicles)
         self._tell_later()
@@ -177,9 +177,13 @@ class LookChoice:
                     "find a person sooner",
                 )
 
-    def next_leg(self) -> ScanLeg | None:
-        """Return a leg over the place whose look gains most, to be flown behind all others; None where none is left."""
-        if not (left := self._left):
+    def next_leg(self, looked_at_enu_m: Sequence[Place]) -> ScanLeg | None:
+        """Return a leg over the place whose look gains most, to be flown behind all others; None where none is left.
+
+        Args:
+            looked_at_enu_m: places that have been looked at, or are surely no person.
+        """
+        if not (left := self._left(looked_at_enu_m)):
             return None
         speed_mps, from_enu_m = self._settings.flight.cruise_speed_mps, self._progress.here_enu_m
 
@@ -194,15 +198,18 @@ class LookChoice:
         self._journal.notice(Severity.INFO, f"Looked at now, as it was left for later: {best.text}")
         return ScanLeg((east_m - east * _LEG_M / 2.0, north_m - north * _LEG_M / 2.0), (east, north), _LEG_M)
 
-    def tell_left(self) -> None:
-        """Tell operators the places that the search ends without a look at."""
-        if left := self._left:
+    def tell_left(self, looked_at_enu_m: Sequence[Place]) -> None:
+        """Tell operators the places that the search ends without a look at; the argument is that of the next leg."""
+        if left := self._left(looked_at_enu_m):
             places = "; ".join(one.text for one in left)
             self._journal.notice(Severity.WARNING, f"Left for later, and not looked at: {places}")
 
-    @property
-    def _left(self) -> list[_Later]:
+    def _left(self, looked_at_enu_m: Sequence[Place]) -> list[_Later]:
+        self._drop(looked_at_enu_m)
         return [one for one in self._later if not one.is_surely_other]
+
+    def _drop(self, looked_at_enu_m: Sequence[Place]) -> None:
+        self._later = [one for one in self._later if not _is_within(one, looked_at_enu_m)]
 
     @property
     def _is_choosing(self) -> bool:

@@ -108,6 +108,8 @@ class ScanProgress:
 
     def leave_for(self, leg: ScanLeg) -> None:
         """Go on with another leg, behind all legs; what is left of these is not flown."""
+        if not self.is_over:
+            self.left_out_m += self.remaining_leg.length_m + sum(one.length_m for one in self.legs[self.leg + 1 :])
         self.leg, self._along_m = len(self.legs), 0.0
         self.extend((leg,))
 
