@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -78,9 +79,9 @@ def test_a_line_that_the_free_ground_has_no_room_for_is_refused() -> None:
         ({"legs": "chosen"}, "--legs chosen needs --pod"),
     ],
 )
-def test_settings_that_do_not_fit_are_refused(values: dict[str, object], text: str) -> None:
+def test_settings_that_do_not_fit_are_refused(values: dict[str, Any], text: str) -> None:
     with pytest.raises(ConfigurationError, match=text):
-        MissionsSettings(**values)  # type: ignore[arg-type]
+        MissionsSettings(**values)
 
 
 def test_studies_name_chosen_legs() -> None:

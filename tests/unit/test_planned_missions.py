@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import pytest
 
@@ -70,9 +71,9 @@ def test_the_report_compares_what_was_promised() -> None:
         ({"looks": "never"}, "--looks must be first or gain"),
     ],
 )
-def test_settings_that_do_not_fit_are_refused(values: dict[str, object], text: str) -> None:
+def test_settings_that_do_not_fit_are_refused(values: dict[str, Any], text: str) -> None:
     with pytest.raises(ConfigurationError, match=text):
-        MissionsSettings(**values)  # type: ignore[arg-type]
+        MissionsSettings(**values)
 
 
 def test_studies_name_the_order_of_looks() -> None:
