@@ -327,6 +327,8 @@ class Coordinator:
     def _enter(self, phase: Phase) -> None:
         if phase is self.phase:
             return
+        if phase in ENDING and self.phase not in ENDING:
+            self.sortie.search.decider.tell_left()
         self.phase = phase
         if phase is Phase.ARM:
             self._context.journal.start_timing()

@@ -108,6 +108,7 @@ class TakeUp:
         self._context.roster.layers.surface = None if settings.layers_follow_ground else LEVEL
         sortie = self._flow.go_on_held(settings, limits)
         sortie.search.decider.progress.take_up(former.legs, former.last.leg)
+        sortie.search.decider.choice.take_up(former.last.left_for_later)
         self._attach(former)
         journal.start_timing(former.last.elapsed_s)
         journal.set_message(f"Mission {mission_id} taken up in the air. Resume, return or land.")

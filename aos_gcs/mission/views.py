@@ -115,6 +115,7 @@ class LiveView:
             no_go_enu_m=settings.safety.no_go_enu_m or (),
             legs_enu_m=tuple((leg.start_enu_m, leg.end_enu_m) for leg in progress.legs),
             leg=progress.leg,
+            left_for_later=search.decider.choice.left_for_later,
             covered_fraction=search.covered_ground.covered_fraction,
             ground=self._ground.figures,
             scan_left_s=search.time_left_s() if self._state.phase in SAMPLING | {Phase.LINE} else None,

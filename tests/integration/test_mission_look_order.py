@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 from aos_gcs.airspace.limits import UNLIMITED
+from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.findings import FindingChange, FindingStatus
 from aos_gcs.mission.model.phase import Outcome, Phase
+from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.planning.search_settings import LookOrder, SearchMode, SearchSettings
 from aos_gcs.planning.settings import Deadlines, DetectionSettings
 from aos_gcs.runtime.verification import Verification, verify_mission
@@ -14,6 +17,7 @@ from aos_gcs.runtime.virtual_time import run as run_virtually
 from aos_gcs.store.reader import MissionReader
 from tests.fakes.mission_flight import EXACT, Flight, flying, prepare
 from tests.fakes.recorded_search import write_search
+from tests.fakes.restarted_flight import restarted
 
 PERSON = (3.0, 90.0)
 AREA = ((-15.0, 10.0), (15.0, 10.0), (15.0, 120.0), (-15.0, 120.0))
@@ -109,3 +113,53 @@ def test_what_an_operator_has_rejected_is_not_looked_at_later() -> None:
     flight = run_virtually(whole())
     assert phases(flight) == [Phase.SCAN]
     assert not said(flight, "Looked at now")
+
+
+def test_the_station_that_takes_up_a_flight_looks_at_what_the_one_before_left_and_the_record_proves_it(
+    tmp_path: Path,
+) -> None:
+    changes = {"search": BY_GAIN, "area_enu_m": AREA, "camera_delay_s": 0.6, "errors": EXACT, "detection": WHOLE_AREA}
+
+    async def until_left() -> MissionSnapshot:
+        flight = prepare(3, None, **changes)
+        for vehicle in flight.fleet.members.values():
+            vehicle.others = ((0.0, 40.0, 24.0),)
+        async with flying(flight) as run:
+            await flight.until(lambda: bool(said(flight, "Left for later: ")))
+            last = flight.view.snapshot()
+            run.cancel()
+        return last
+
+    async def go_on(last: MissionSnapshot) -> Flight:
+        flight = restarted(last, **changes)
+        # The warm thing is gone: only what was left leads there.
+        async with flying(flight) as run:
+            await flight.until(lambda: flight.mission.phase is Phase.TAKEOFF)
+            await flight.clock.sleep(1.0)
+            await flight.commands.act(Action.RESUME, None)
+            await run
+        return flight
+
+    last = run_virtually(until_left())
+    (place,) = last.left_for_later
+    flight = run_virtually(go_on(last))
+    assert math.dist(place.place_enu_m, (0.0, 40.0)) < 2.0
+    assert len(said(flight, "Looked at now, as it was left for later: ")) == 1
+    assert flight.view.snapshot().left_for_later == ()
+    write_search(tmp_path / "mission", flight.recorder)
+    with MissionReader(tmp_path / "mission") as reader:
+        assert verify_mission(reader) == Verification(len(flight.recorder.steps), None)
+
+
+def test_what_was_left_is_named_where_an_operator_ends_the_search() -> None:
+    async def whole() -> Flight:
+        flight = prepare(3, None, search=BY_GAIN, area_enu_m=AREA, camera_delay_s=0.6, errors=EXACT)
+        for vehicle in flight.fleet.members.values():
+            vehicle.others = ((0.0, 40.0, 24.0),)
+        async with flying(flight) as run:
+            await flight.until(lambda: bool(said(flight, "Left for later: ")))
+            await flight.commands.act(Action.RETURN, None)
+            await run
+        return flight
+
+    assert len(said(run_virtually(whole()), "Left for later, and not looked at: ")) == 1

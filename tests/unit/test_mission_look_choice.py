@@ -125,3 +125,18 @@ def test_what_the_search_ends_without_is_named() -> None:
     one.leaves(PLACE, verdict(0.1), vehicles=3)
     one.tell_left(())
     assert journal.texts == ["Left for later, and not looked at: 3.0 m east, 40.0 m north"]
+
+
+def test_the_station_that_takes_up_a_flight_goes_on_with_what_was_left() -> None:
+    one, _, _ = choice()
+    one.leaves((3.0, 40.0), verdict(0.1), vehicles=3)
+    one.leaves((9.0, 80.0), verdict(0.3), vehicles=3)
+    other, progress, _ = choice()
+    other.take_up(one.left_for_later)
+    assert other.taken_up == other.left_for_later == one.left_for_later
+    assert [left.place_enu_m for left in other.left_for_later] == [(3.0, 40.0), (9.0, 80.0)]
+    for _ in progress.legs:
+        progress.begin_next_leg()
+    leg = other.next_leg([])
+    assert leg is not None
+    assert (leg.start_enu_m[0], leg.start_enu_m[1] + leg.length_m / 2.0) == pytest.approx((9.0, 80.0))

@@ -26,12 +26,25 @@ class Group(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
+class LeftPlace:
+    """A place that was in view and is left for a later look."""
+
+    place_enu_m: tuple[float, float]
+    probability: float
+    """Probability that it is a person, by what has been seen of it."""
+    looks: int
+    """Latest looks that tell what it is."""
+
+
+@dataclass(frozen=True, slots=True)
 class SearchRecord:
     """What all steps of a search have in common."""
 
     settings: MissionSettings
     origin: GeodeticPosition
     """Origin of the mission's frame."""
+    left_for_later: tuple[LeftPlace, ...] = ()
+    """Places that the station before had left for later, where its flight was taken up."""
 
 
 @dataclass(frozen=True, slots=True)

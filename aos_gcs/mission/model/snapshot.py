@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.groundmap.figures import GroundFigures
 from aos_gcs.mission.model.checks import PreflightCheck
+from aos_gcs.mission.model.decisions import LeftPlace
 from aos_gcs.mission.model.findings import Finding, TargetEstimate
 from aos_gcs.mission.model.phase import Outcome, Phase, Suspension
 from aos_gcs.mission.model.proposals import ProposalRecord
@@ -83,3 +84,5 @@ class MissionSnapshot:
     """What has been searched, by the map of it; None before the first figures, and in older records."""
     scan_left_s: float | None = None
     """Time that the rest of the legs takes at the pace so far; None before that is known, and in older records."""
+    left_for_later: tuple[LeftPlace, ...] = ()
+    """Places that are left for a later look, in the order in which they came into view; empty in older records."""

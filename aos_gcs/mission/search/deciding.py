@@ -229,6 +229,10 @@ class Decider:
         self.progress.leave_for(leg)
         return True
 
+    def tell_left(self) -> None:
+        """Tell operators what the search, which ends, has left for later and not looked at."""
+        self.choice.tell_left(self._claims.looked_at_enu_m)
+
     def _observe(
         self, analysis: StepAnalysis, situation: Situation, terrain: Terrain | None, *, may_leave: bool
     ) -> bool:
@@ -306,7 +310,6 @@ class Decider:
             return self._watch()
         if situation.now_s > self._settings.deadlines.search_s:
             self._journal.notice(Severity.WARNING, "Maximum search time reached: all vehicles return")
-            self.choice.tell_left(self._claims.looked_at_enu_m)
             return Phase.RETURN
         if in_view:
             return Phase.CONVERGE

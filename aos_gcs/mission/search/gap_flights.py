@@ -41,7 +41,9 @@ class GapFlights:
         pod, reached = self._context.settings.search.pod, self._reached
         if pod is None or reached is None or reached < pod:
             return False
-        text = f"Probability of detection {reached:.0%} reached ({pod:.0%} wanted): the search ends"
+        text = (
+            f"Probability of detection {reached:.0%} reached ({pod:.0%} wanted): the legs that are left are not flown"
+        )
         self._context.journal.notice(Severity.NEWS, text)
         return True
 

@@ -23,6 +23,7 @@ from typing import Final
 from aos_gcs.imaging.persons.decision import SURELY_OTHER, Verdict
 from aos_gcs.imaging.step.judgement import SETTLED_BY_FEW_M, SETTLED_M
 from aos_gcs.mission.journal import Announcer
+from aos_gcs.mission.model.decisions import LeftPlace
 from aos_gcs.mission.search.progress import ScanProgress
 from aos_gcs.mission.search.targeting import TargetTracker
 from aos_gcs.planning.legs import ScanLeg
@@ -88,6 +89,8 @@ class LookChoice:
         self._journal = journal
         self._progress = progress
         self._later: list[_Later] = []
+        self.taken_up: tuple[LeftPlace, ...] = ()
+        """Places that the station before had left for later, where its flight was taken up."""
         self._look_legs: set[int] = set()
         """Indices of the legs that are flown for a look."""
 
@@ -100,6 +103,18 @@ class LookChoice:
     def later_enu_m(self) -> tuple[Place, ...]:
         """Places that are left for later: they lead nobody on the legs."""
         return () if self.is_look_leg else tuple(one.place_enu_m for one in self._later if not one.leads)
+
+    @property
+    def left_for_later(self) -> tuple[LeftPlace, ...]:
+        """Places that are left for later, and may be a person, in the order in which they came into view."""
+        return tuple(
+            LeftPlace(one.place_enu_m, one.probability, one.looks) for one in self._later if not one.is_surely_other
+        )
+
+    def take_up(self, left: Sequence[LeftPlace]) -> None:
+        """Go on with the places that the station before has left for later."""
+        self.taken_up = tuple(left)
+        self._later = [_Later(one.place_enu_m, one.probability, one.looks, is_judged=True) for one in left]
 
     def leaves(self, place_enu_m: Place, verdict: Verdict | None, vehicles: int) -> bool:
         """Tell whether what is in view is left for later, and note it.

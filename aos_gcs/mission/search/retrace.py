@@ -67,6 +67,7 @@ class Retrace:
         self._decider = Decider(
             search.settings, self._journal, self._findings, forget=self._forget, covered_fraction=lambda: None
         )
+        self._decider.choice.take_up(search.left_for_later)
         self._history: tuple[KeptView, ...] = ()
         self._persons = PersonWatch()
         self._split: Split | None = None

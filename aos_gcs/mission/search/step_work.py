@@ -313,7 +313,8 @@ class StepWork:
         context, recorder = self._context, self._mission.recorder
         async with context.journal.with_disk_timeout(f"step {self.step}"):
             if reasons.decided == 0:
-                await recorder.record_search(SearchRecord(context.settings, context.roster.local_frame().origin))
+                origin, left = context.roster.local_frame().origin, self._decider.choice.taken_up
+                await recorder.record_search(SearchRecord(context.settings, origin, left))
             await recorder.record_step(record, self._decider.strategy_state())
             await recorder.record_decision(reasons)
             await recorder.flush()

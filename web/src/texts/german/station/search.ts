@@ -4,8 +4,8 @@ import type { StationText } from "../../station";
 export const search: readonly StationText[] = [
   // Gaps that are flown again.
   [
-    "Probability of detection {reached} reached ({wanted} wanted): the search ends",
-    "Entdeckungswahrscheinlichkeit {reached} erreicht ({wanted} gewünscht): Die Suche endet",
+    "Probability of detection {reached} reached ({wanted} wanted): the legs that are left are not flown",
+    "Entdeckungswahrscheinlichkeit {reached} erreicht ({wanted} gewünscht): Die übrigen Bahnen werden nicht geflogen",
   ],
   [
     "Probability of detection {reached} ({wanted} wanted): {count} flown again, {minutes} min, {expected} expected",
