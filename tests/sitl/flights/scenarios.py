@@ -48,6 +48,9 @@ crown_base_m = 5.0
 """
 AREA_ENU_M = ((-30.0, 25.0), (30.0, 25.0), (30.0, 105.0), (-30.0, 105.0))
 SEARCH = Setting(area_enu_m=AREA_ENU_M, world=("--seed", "3"), tables=FOREST)
+DISTRACTED = Setting(area_enu_m=AREA_ENU_M, world=("--seed", "5", "--animals", "4", "--stones", "4"), tables=FOREST)
+LEFT = "Left for later: "
+LOOKED = "Looked at now, as it was left for later: "
 RELIEF = Setting(area_enu_m=AREA_ENU_M, world=("--seed", "4"), terrain="hills")
 """The ground rises to 17 m above the launch site, and falls to 1 m below it."""
 
@@ -65,16 +68,26 @@ def killed_and_taken_up(autopilots: Autopilots, station: Station) -> str:
     _start(autopilots)
     with station:
         _wait_for_the_sweep(station)
-        station.kill()
-        killed_s = time.monotonic()
-        station.start(auto_start=False)
-        state = station.wait_for("taken up", lambda state: state["suspension"] == "held", 60.0)
-        taken_up = f"taken up after {time.monotonic() - killed_s:.0f} s ({_modes(state)})"
-        refused = station.act("resume")
+        taken_up, refused = _kill_and_resume(station)
         if refused:
             station.wait_for("landing", all_down, FLIGHT_S)
-            return f"{taken_up}, not resumed ({'; '.join(refused)}), all landed by themselves"
+            return f"{taken_up}, not resumed ({refused}), all landed by themselves"
         return f"{taken_up}, resumed, {_to_the_end(station)}"
+
+
+def looked_at_later(autopilots: Autopilots, station: Station) -> str:
+    """Animals and stones are about; the service is killed once it has left one for later, and started again."""
+    station.setting = DISTRACTED
+    _start(autopilots)
+    with station:
+        station.wait_for("something left for later", lambda _: bool(station.said(LEFT)), LAUNCH_S)
+        taken_up, refused = _kill_and_resume(station)
+        if refused:
+            raise FlightError(f"{taken_up}, not resumed ({refused})")
+        text = _to_the_end(station)
+    if not (looked := station.said(LOOKED)):
+        raise FlightError(f"{taken_up}, resumed, what was left for later was not looked at: {text}")
+    return f"{taken_up}, resumed, {len(looked)} of {len(station.said(LEFT))} left for later looked at, {text}"
 
 
 def searched(autopilots: Autopilots, station: Station) -> str:
@@ -185,6 +198,7 @@ SCENARIOS: dict[str, Scenario] = {
     "relief": over_relief,
     "take-over": taken_over,
     "kill": killed_and_taken_up,
+    "later": looked_at_later,
     "spoof": spoofed,
     "twin-ground": twin_on_the_ground,
     "twin-flight": twin_in_flight,
@@ -200,6 +214,16 @@ WITHOUT: dict[str, frozenset[str]] = {
 The receivers of ArduCopter's report an RTK fix, from which preflight takes the height of the ground; the barometers
 of PX4's have a constant offset only, which the estimator takes out on the ground.
 """
+
+
+def _kill_and_resume(station: Station) -> tuple[str, str]:
+    """Kill the service, start it again at once and resume; return how it took the flight up, and what was refused."""
+    station.kill()
+    killed_s = time.monotonic()
+    station.start(auto_start=False)
+    state = station.wait_for("taken up", lambda state: state["suspension"] == "held", 60.0)
+    taken_up = f"taken up after {time.monotonic() - killed_s:.0f} s ({_modes(state)})"
+    return taken_up, "; ".join(station.act("resume"))
 
 
 def _start(autopilots: Autopilots, offsets: dict[int, Offsets] | None = None) -> None:

@@ -214,6 +214,11 @@ class Station:
         value = report.get(figure)
         return None if value is None else float(value)
 
+    def said(self, text: str) -> list[str]:
+        """Return the lines with a text in what all services of this flight have logged."""
+        logs = [path.read_text(encoding="utf-8") for path in sorted(self.folder.glob("service-*.log"))]
+        return [line for log in logs for line in log.splitlines() if text in line]
+
     def ask(self, log: str, *arguments: str) -> str:
         """Have the program report on the last mission of this flight, and keep what it says in a file."""
         folder = max((self.folder / "missions").iterdir())
