@@ -274,9 +274,8 @@ class Coordinator:
 
     def _next_sortie(self) -> NextSortie:
         frame, settings = self._context.roster.frame, self.sortie.context.settings
-        progress = self.sortie.search.decider.progress
         origin = None if frame is None else frame.origin
-        found, former = self._findings.all(), self._following
+        found, former, progress = self._findings.all(), self._following, self.sortie.search.decider.progress
         return next_sortie(self._mission_id, settings, origin, progress, findings=found, former=former)
 
     @property

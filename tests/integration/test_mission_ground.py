@@ -299,5 +299,5 @@ async def test_a_search_ends_before_its_last_leg_once_what_is_wanted_is_reached(
     flight = continuous(0.05, ground=GroundPlace(ThreadWorker(), tmp_path / "ground"))
     async with flying(flight) as run:
         await run
-    assert any("(5% wanted): the search ends" in text for text in flight.texts())
+    assert any("(5% wanted): the legs that are left are not flown" in text for text in flight.texts())
     assert flight.mission.sortie.search.decider.progress.leg == 1

@@ -202,8 +202,7 @@ class Decider:
         self.tracker.judge(judgements)
         found = self._claims.announce()
         is_free = found is None and following in {Phase.SCAN, Phase.LINE}
-        looked_at_enu_m = self._claims.looked_at_enu_m
-        worth_it = self.choice.review(self.tracker, looked_at_enu_m, self._swarm_size, is_free=is_free)
+        worth_it = self.choice.review(self.tracker, self._claims.looked_at_enu_m, self._swarm_size, is_free=is_free)
         if following is Phase.FOUND and self._claims.is_rejected():
             return self._go_on()
         if following not in {Phase.SCAN, Phase.CONVERGE, Phase.LINE}:
@@ -356,9 +355,8 @@ class Decider:
     def _continue_scan(self, situation: Situation, detours: Detours, framed_ids: Sequence[int]) -> Phase:
         """Follow the leg; return to it after a target was lost; after its end take the next one, or fly home."""
         if self.tracker.estimate() is not None:
-            is_recent = self.tracker.steps_out_of_view < self._settings.detection.reacquire_steps
             is_worth_it = self._claims.is_worth_a_search()
-            if is_recent and is_worth_it:
+            if is_worth_it and self.tracker.steps_out_of_view < self._settings.detection.reacquire_steps:
                 return Phase.SCAN
             self._claims.conclude_lost()
             self.tracker.give_up()
