@@ -6,7 +6,7 @@ import logging
 from typing import Final
 
 from aos_gcs.api.access.operators import Access
-from aos_gcs.api.access.sessions import Session
+from aos_gcs.api.access.roles import Session
 from aos_gcs.api.events.hub import EventHub
 from aos_gcs.errors import AosError
 from aos_gcs.mission.control import MissionCommands

@@ -11,7 +11,7 @@ from starlette.requests import HTTPConnection
 from aos_gcs.api.access.desk import AccountDesk
 from aos_gcs.api.access.operators import Access
 from aos_gcs.api.access.plan_check_turns import PlanChecks
-from aos_gcs.api.access.sessions import Session
+from aos_gcs.api.access.roles import Session
 from aos_gcs.api.control_desk import ControlDesk
 from aos_gcs.api.convert.seen import parse_seen
 from aos_gcs.api.convert.wall import WallMessages

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 from aos_gcs.errors import AosError
 from aos_gcs.mission.model.events import NoticeRecord
+from aos_gcs.mission.model.proposals import Proposal
 from aos_gcs.mission.model.sharing import ChannelState, ChannelStatus
-from aos_gcs.sharing.proposals import ProposalChanges
 from aos_gcs.sharing.state import SeenState
 
 PAUSES_S = (1.0, 2.0, 4.0)
@@ -27,6 +27,18 @@ class ChannelError(AosError):
     def __init__(self, text: str, *, is_refused: bool = False) -> None:
         super().__init__(text)
         self.is_refused = is_refused
+
+
+@dataclass(frozen=True, slots=True)
+class ProposalChanges:
+    """Proposals that have come, and names of those that were deleted, since they were asked for last."""
+
+    source: str = ""
+    proposals: tuple[Proposal, ...] = ()
+    withdrawn: tuple[str, ...] = ()
+
+    def __bool__(self) -> bool:
+        return bool(self.proposals or self.withdrawn)
 
 
 class Channel(Protocol):

@@ -17,7 +17,7 @@ from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.mission.model.proposals import MAX_PROPOSALS, Proposal, ProposalShape, ProposalUse
 from aos_gcs.mission.proposals import KEPT_S, MAX_KEPT_S, Proposals
 from aos_gcs.ports import Notice
-from aos_gcs.sharing.proposals import ProposalChanges
+from aos_gcs.sharing.channel import ProposalChanges
 from aos_gcs.sharing.tak.inbox import EVENTS_BURST, Inbox
 from aos_gcs.sharing.tak.incoming import EventSplitter, parse_event
 from aos_gcs.sharing.tak.marks import Withdrawal, read_mark

@@ -16,7 +16,7 @@ from aos_gcs.mission.model.events import Event, EventKind, JumpRecord, NoticeRec
 from aos_gcs.mission.model.proposals import Proposal
 from aos_gcs.mission.model.sharing import ChannelState, ChannelStatus
 from aos_gcs.ports import Severity
-from aos_gcs.sharing.proposals import ProposalChanges
+from aos_gcs.sharing.channel import ProposalChanges
 from aos_gcs.sharing.service import CALTOPO_SECRET, CONNECT_KEY, WEBHOOK_SECRET, make_channels, share
 from aos_gcs.sharing.settings import CaltopoSettings, SharingSettings, TakSettings, WebhookSettings
 from aos_gcs.sharing.state import SeenState

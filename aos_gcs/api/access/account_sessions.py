@@ -11,7 +11,7 @@ from typing import Final, NoReturn
 from aos_gcs.api.access.accounts import Account, AccountFile
 from aos_gcs.api.access.operator_file import digest
 from aos_gcs.api.access.passwords import is_password
-from aos_gcs.api.access.sessions import Session
+from aos_gcs.api.access.roles import Session
 from aos_gcs.errors import ConfigurationError
 
 _log = logging.getLogger(__name__)

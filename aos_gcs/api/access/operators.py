@@ -21,8 +21,7 @@ from aos_gcs.api.access.accounts import Account, AccountFile
 from aos_gcs.api.access.control import Control
 from aos_gcs.api.access.guess_throttle import GuessThrottle, group_of
 from aos_gcs.api.access.operator_file import OperatorFile, digest
-from aos_gcs.api.access.roles import Role
-from aos_gcs.api.access.sessions import Session
+from aos_gcs.api.access.roles import Role, Session
 from aos_gcs.errors import AosError
 
 MAX_OPERATORS: Final = 32

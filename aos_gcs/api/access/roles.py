@@ -1,9 +1,10 @@
-"""Roles of clients, and the one table that says which role each request needs."""
+"""Roles and sessions of clients, and the one table that says which role each request needs."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 from enum import StrEnum
 from functools import cache
 from types import MappingProxyType
@@ -27,6 +28,15 @@ class Role(StrEnum):
     def may(self, needed: Role) -> bool:
         """Return whether this role includes another one."""
         return _RANKS[self] >= _RANKS[needed]
+
+
+@dataclass(frozen=True, slots=True)
+class Session:
+    """Role and name of a client."""
+
+    role: Role
+    name: str
+    """Name of the account, or the one given at sign-in with the code; empty for those who have not signed in."""
 
 
 _RANKS: Final = {role: rank for rank, role in enumerate(Role)}

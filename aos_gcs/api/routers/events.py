@@ -9,8 +9,7 @@ from fastapi import APIRouter, Query, Response, WebSocket, WebSocketDisconnect
 from pydantic import ValidationError
 
 from aos_gcs.api.access.control import Control
-from aos_gcs.api.access.roles import Role
-from aos_gcs.api.access.sessions import Session
+from aos_gcs.api.access.roles import Role, Session
 from aos_gcs.api.convert.mission import action_results
 from aos_gcs.api.dependencies import Hub, access_of, commands_of, once_of, session_of
 from aos_gcs.api.errors import status_and_id

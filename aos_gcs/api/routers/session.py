@@ -10,7 +10,7 @@ from fastapi import APIRouter, Request, Response
 from aos_gcs.api.access.accounts import Account
 from aos_gcs.api.access.desk import AccountDesk
 from aos_gcs.api.access.operators import Access, TooManyGuessesError, WrongCodeError, cookie_name
-from aos_gcs.api.access.sessions import Session
+from aos_gcs.api.access.roles import Session
 from aos_gcs.api.access.sign_in_log import SignInKind
 from aos_gcs.api.dependencies import CurrentSession, Desk, DeskIfAny, OperatorAccess
 from aos_gcs.api.models.accounts import JoinRequest, PasswordRequest

@@ -9,9 +9,8 @@ from typing import NoReturn
 from aos_gcs.errors import InputDataError
 from aos_gcs.mission.model.events import NoticeRecord
 from aos_gcs.mission.model.sharing import ChannelStatus
-from aos_gcs.sharing.channel import PAUSES_S, ChannelError, StatusBoard
+from aos_gcs.sharing.channel import PAUSES_S, ChannelError, ProposalChanges, StatusBoard
 from aos_gcs.sharing.heights import UndulationM
-from aos_gcs.sharing.proposals import ProposalChanges
 from aos_gcs.sharing.settings import TakSettings
 from aos_gcs.sharing.state import Newest, SeenState
 from aos_gcs.sharing.tak.board import MarkBoard

@@ -9,8 +9,8 @@ from xml.etree.ElementTree import Element
 
 from aos_gcs.errors import InputDataError
 from aos_gcs.mission.model.proposals import MAX_PROPOSALS, Proposal
+from aos_gcs.sharing.channel import ProposalChanges
 from aos_gcs.sharing.heights import UndulationM
-from aos_gcs.sharing.proposals import ProposalChanges
 from aos_gcs.sharing.tak.marks import SOURCE, Withdrawal, read_mark
 from aos_gcs.token_bucket import TokenBucket
 
