@@ -12,6 +12,7 @@ import datetime
 import json
 import os
 import platform
+import re
 import subprocess
 import sys
 import tempfile
@@ -30,15 +31,17 @@ TABLE = ROOT / "docs" / "performance.md"
 HEAD = """# Performance
 
 Written by `make bench` (`make bench ARGS="imaging render"` for some): every row is the median of its own run, on the
-machine named in its last column; the ratio compares with a peer measured in the same run. Rows that a run leaves out
-keep their figures, with the commit that was measured. Commands to 20 and 50 vehicles are measured while each core
-analyses images.
+machine named in its last column; the ratio compares with a peer measured in the same run. A goal that the figure
+misses is marked. Rows that a run leaves out keep their figures, with the commit that was measured. Commands to 20 and
+50 vehicles are measured while each core analyses images.
 
 | work | median | ratio to its peer | goal | last release | measured |
 |---|---|---|---|---|---|
 """
 
 
+GOAL = re.compile(r"(?P<of>ratio )?(?P<sign>[<≤±]) (?P<limit>[\d.]+)(?:/(?P<divisor>\d+))?")
+"""Beginning of a goal that has a number, which is one of the figure's unit, or a ratio."""
 OPTIONS = {"fleet": ("--busy",)}
 """Options of benchmarks: commands reach a fleet while every core analyses images."""
 
@@ -80,16 +83,31 @@ def stamp() -> dict[str, str]:
     return {"date": date, "commit": commit, "machine": f"{os.cpu_count()} cores, Python {platform.python_version()}"}
 
 
+def is_missed(goal: str, value: float, ratio: float | None) -> bool:
+    """Return whether a figure misses its goal; one without a number, such as *flat*, is left to the reader."""
+    if (found := GOAL.match(goal)) is None:
+        return False
+    limit = float(found["limit"]) / float(found["divisor"] or 1)
+    measured = ratio if found["of"] else value
+    if measured is None:
+        return False
+    if found["sign"] == "±":
+        return abs(measured) > limit
+    return measured >= limit if found["sign"] == "<" else measured > limit
+
+
 def line(row: dict[str, Any], release: str) -> str:
     """Return one row of the table."""
     measured = row.get("measured")
     released = row.get("release")
-    dash = "\N{EN DASH}"
+    dash, goal = "\N{EN DASH}", row.get("goal", "")
+    if measured is not None and is_missed(goal, measured["value"], measured["ratio"]):
+        goal += ": **missed**"
     cells = [
         row["work"],
         dash if measured is None else f"{measured['value']:.3g} {row['unit']}",
         dash if measured is None or measured["ratio"] is None else f"{measured['ratio']:.3g} ({row['peer']})",
-        row.get("goal", ""),
+        goal,
         dash if released is None else f"{released:.3g} {row['unit']} ({release})",
         "not yet" if measured is None else f"{measured['date']}, {measured['commit']}, {measured['machine']}",
     ]
