@@ -327,7 +327,7 @@ class Coordinator:
         if phase is self.phase:
             return
         if phase in ENDING and self.phase not in ENDING:
-            self.sortie.search.decider.tell_left()
+            self.sortie.search.decider.tell_end()
         self.phase = phase
         if phase is Phase.ARM:
             self._context.journal.start_timing()

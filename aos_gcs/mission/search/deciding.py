@@ -228,8 +228,10 @@ class Decider:
         self.progress.leave_for(leg)
         return True
 
-    def tell_left(self) -> None:
-        """Tell operators what the search, which ends, has left for later and not looked at."""
+    def tell_end(self) -> None:
+        """Tell operators, when the search has ended, what was scanned and found, and what was not looked at."""
+        if self.progress.is_over:
+            tell_end(self._journal, len(self._findings.persons()), self.progress.left_out_m, self._covered_fraction())
         self.choice.tell_left(self._claims.looked_at_enu_m)
 
     def _observe(
@@ -391,9 +393,4 @@ class Decider:
         return self._begin_next_leg() if ahead_m is None else Phase.LINE
 
     def _begin_next_leg(self) -> Phase:
-        if self.progress.begin_next_leg():
-            return Phase.LINE
-        if self.goes_on_to_looks():
-            return Phase.LINE
-        tell_end(self._journal, len(self._findings.persons()), self.progress.left_out_m, self._covered_fraction())
-        return Phase.RETURN
+        return Phase.LINE if self.progress.begin_next_leg() or self.goes_on_to_looks() else Phase.RETURN
