@@ -32,8 +32,6 @@ class LeftPlace:
     place_enu_m: tuple[float, float]
     probability: float
     """Probability that it is a person, by what has been seen of it."""
-    looks: int
-    """Latest looks that tell what it is."""
 
 
 @dataclass(frozen=True, slots=True)

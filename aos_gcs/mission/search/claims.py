@@ -96,13 +96,16 @@ class Claims:
         """Move the places with their tracks, after each step's observation."""
         self._looks.follow(self._tracker.places_in_view_enu_m())
 
-    def announce(self) -> int | None:
+    def announce(self, later_enu_m: Sequence[tuple[float, float]] = ()) -> int | None:
         """Announce all targets that the latest decisions agree to be persons; return the track to be watched, if any.
 
         A target known already is watched again when it is the present one, without another announcement.
+
+        Args:
+            later_enu_m: places that are left for a later look, and not settled before it.
         """
         present = self._tracker.estimate()
-        self._surely_other = self._count_others()
+        self._surely_other = self._count_others(later_enu_m)
         watched: int | None = None
         for target in self._tracker.estimates():
             is_present = present is not None and target.track_id == present.track_id
@@ -162,19 +165,22 @@ class Claims:
         steps = self._looks.count(target.track_id, target.position_enu_m)
         return steps >= self._detection.look_steps or target.track_id in self._surely_other
 
-    def _count_others(self) -> frozenset[int]:
-        """Count the latest step's sightings that are surely no person; return the tracks with enough of them."""
+    def _count_others(self, later_enu_m: Sequence[tuple[float, float]]) -> frozenset[int]:
+        """Count the latest step's sightings that are surely no person; return the tracks with enough of them.
+
+        Frames in flight do not count for what is left for later: its look begins anew.
+        """
         others: set[int] = set()
         for track_id, (east_m, north_m) in self._tracker.places_enu_m().items():
             if (verdict := self._tracker.latest_verdict(track_id)) is None:
                 continue
             place = float(east_m), float(north_m), 0.0
-            worth = SURE_SIGHTINGS if verdict.is_thorough else 1
+            worth, is_left = SURE_SIGHTINGS if verdict.is_thorough else 1, _is_within(place[:2], later_enu_m, SETTLED_M)
             count = self._looks.count_other(
                 track_id,
                 place,
-                is_surely_other=verdict.is_surely_other,
-                may_be_person=verdict.probability is None or verdict.probability > SURELY_OTHER,
+                is_surely_other=verdict.is_surely_other and not is_left,
+                may_be_person=is_left or verdict.probability is None or verdict.probability > SURELY_OTHER,
                 worth=worth,
             )
             if count >= SURE_SIGHTINGS:

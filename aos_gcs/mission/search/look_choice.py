@@ -6,11 +6,11 @@ density P / T_S, if what is in view is not the person. The look comes first wher
 
     p / (T_L + T_R) >= (1 - p) P / T_S;
 
-otherwise the line flies on, and what it sees of the place on its way counts: it may show a person after all, or that
-it is none. What is left is looked at behind the last leg, the greatest gain per second first.
+otherwise the line flies on, and what it sees of the place on its way counts: it may show a person after all. That it
+is none is not concluded from frames in flight. What is left is looked at behind the last leg, the greatest gain per
+second first.
 
-Buffered: yes, the places that are left for later, one for each thing that was seen; each is looked at, or is surely no
-person.
+Buffered: yes, the places that are left for later, one for each thing that was seen; each is looked at, or rejected.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from aos_gcs.imaging.persons.decision import SURELY_OTHER, Verdict
+from aos_gcs.imaging.persons.decision import Verdict
 from aos_gcs.imaging.step.judgement import SETTLED_BY_FEW_M, SETTLED_M
 from aos_gcs.mission.journal import Announcer
 from aos_gcs.mission.model.decisions import LeftPlace
@@ -41,8 +41,6 @@ UNTOLD: Final = 0.2
 """Probability that something is a person that nothing tells about yet: as many bodies are persons."""
 USUAL_POD: Final = 0.9
 """Probability with which a scan notices a person, where none is wanted."""
-FEWEST_LOOKS: Final = 6
-"""Looks that tell what a place holds after which it is not looked at any more, if it is surely no person by them."""
 _LEG_M: Final = 4.0
 """Length of the leg on which a place is looked at later, from one side of it to the other: two stops."""
 
@@ -55,19 +53,12 @@ class _Later:
 
     place_enu_m: Place
     probability: float
-    looks: int = 0
-    """Latest looks that tell what it is."""
     is_judged: bool = False
     track_id: int | None = None
     """Track that has shown it last."""
     is_told: bool = False
     leads: bool = False
     """Whether it is worth a look now, and leads the swarm where the next step shows it."""
-
-    @property
-    def is_surely_other(self) -> bool:
-        """Whether enough looks say that it is no person."""
-        return self.probability <= SURELY_OTHER and self.looks >= FEWEST_LOOKS
 
     @property
     def text(self) -> str:
@@ -106,15 +97,13 @@ class LookChoice:
 
     @property
     def left_for_later(self) -> tuple[LeftPlace, ...]:
-        """Places that are left for later, and may be a person, in the order in which they came into view."""
-        return tuple(
-            LeftPlace(one.place_enu_m, one.probability, one.looks) for one in self._later if not one.is_surely_other
-        )
+        """Places that are left for later, in the order in which they came into view."""
+        return tuple(LeftPlace(one.place_enu_m, one.probability) for one in self._later)
 
     def take_up(self, left: Sequence[LeftPlace]) -> None:
         """Go on with the places that the station before has left for later."""
         self.taken_up = tuple(left)
-        self._later = [_Later(one.place_enu_m, one.probability, one.looks, is_judged=True) for one in left]
+        self._later = [_Later(one.place_enu_m, one.probability, is_judged=True) for one in left]
 
     def leaves(self, place_enu_m: Place, verdict: Verdict | None, vehicles: int) -> bool:
         """Tell whether what is in view is left for later, and note it.
@@ -176,7 +165,7 @@ class LookChoice:
             if one in shown and probability < one.probability:
                 continue
             one.place_enu_m, one.probability, one.track_id = place_enu_m, probability, track_id
-            one.looks, one.is_judged = max(one.looks, tracker.telling_looks(track_id)), True
+            one.is_judged = True
             if one not in shown:
                 shown.append(one)
         return shown
@@ -221,7 +210,7 @@ class LookChoice:
 
     def _left(self, looked_at_enu_m: Sequence[Place]) -> list[_Later]:
         self._drop(looked_at_enu_m)
-        return [one for one in self._later if not one.is_surely_other]
+        return self._later
 
     def _drop(self, looked_at_enu_m: Sequence[Place]) -> None:
         self._later = [one for one in self._later if not _is_within(one, looked_at_enu_m)]

@@ -213,11 +213,6 @@ class TargetTracker:
         judgement = self._judged.get(track_id)
         return None if judgement is None else judgement.verdict
 
-    def telling_looks(self, track_id: int) -> int:
-        """Return how many of the latest looks at a track tell what it is."""
-        pool = self._pools.get(track_id)
-        return 0 if pool is None else len(telling(pool.verdicts))
-
     def give_up(self) -> None:
         """Report no target until one is in view again."""
         self._target = self.blob_enu_m = None
