@@ -69,7 +69,7 @@ def test_what_is_left_for_later_is_looked_at_behind_the_last_leg_and_the_record_
     flight = fly(BY_GAIN, detection=WHOLE_AREA)
     assert flight.view.snapshot().outcome is Outcome.FOUND
     assert flight.view.snapshot().covered_fraction == 1.0
-    assert len(said(flight, "Left for later: ")) == 1
+    assert len(said(flight, "Left for later: ")) == len(said(flight, "Looked at now, as it was left for later: ")) == 1
     assert flight.smallest_m >= UNLIMITED.separation_m
     assert len(said(flight, "Possible person (")) == 1
     write_search(tmp_path / "mission", flight.recorder)

@@ -66,6 +66,21 @@ def test_what_most_frames_show_to_be_no_person_is_left_at_once() -> None:
     assert claims.is_look_over()
 
 
+def test_what_is_left_for_later_is_not_settled_by_frames_in_flight_and_its_look_begins_anew() -> None:
+    """Persons 4 K cooler than usual were dismissed by the frames of the legs, and never looked at."""
+    animal = Judgement(Verdict(FindingKind.ANIMAL, 0.005, (), is_surely_other=True))
+    tracker = TargetTracker(SETTINGS)
+    claims = Claims(SETTINGS.detection, Notices(), tracker, Findings())
+    settled = []
+    for step in range(9):
+        tracker.observe(analysis(seen(5.0, 20.0)), STEP_S * (step + 1))
+        tracker.judge(dict.fromkeys(tracker.places_enu_m(), animal))
+        tracker.give_up()
+        claims.announce(later_enu_m=[(5.5, 20.5)] if step < 6 else ())
+        settled.append(len(claims.settled_enu_m))
+    assert settled == [0] * 8 + [1]
+
+
 @pytest.mark.parametrize("warm", [True, False])
 def test_what_is_marked_once_and_then_only_warm_is_not_looked_at_again(warm: bool) -> None:
     """A deer drew the swarm five times in one mission: it was marked in single steps, and seen warm in most others."""
