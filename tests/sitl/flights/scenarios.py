@@ -48,7 +48,7 @@ crown_base_m = 5.0
 """
 AREA_ENU_M = ((-30.0, 25.0), (30.0, 25.0), (30.0, 105.0), (-30.0, 105.0))
 SEARCH = Setting(area_enu_m=AREA_ENU_M, world=("--seed", "3"), tables=FOREST)
-DISTRACTED = Setting(area_enu_m=AREA_ENU_M, world=("--seed", "5", "--animals", "4", "--stones", "4"), tables=FOREST)
+DISTRACTED = Setting(area_enu_m=AREA_ENU_M, world=("--seed", "5", "--animals", "1", "--stones", "2"), tables=FOREST)
 LEFT = "Left for later: "
 LOOKED = "Looked at now, as it was left for later: "
 RELIEF = Setting(area_enu_m=AREA_ENU_M, world=("--seed", "4"), terrain="hills")
