@@ -216,11 +216,11 @@ def test_a_person_announced_while_a_look_ends_is_looked_at_before_the_next_leg(m
     decider = decider_with(split)
     split.is_over = split.is_at_end = True
     assert decider.conclude(Phase.CONVERGE, {}) is Phase.LINE
-    monkeypatch.setattr(Claims, "announce", lambda *_: 7)
+    monkeypatch.setattr(Claims, "announce", lambda *_, **__: 7)
     assert decider.conclude(Phase.LINE, {}) is Phase.FOUND
     assert place_of(decider) == (0, 200.0)
     assert not split.is_catching_up
-    monkeypatch.setattr(Claims, "announce", lambda *_: None)
+    monkeypatch.setattr(Claims, "announce", lambda *_, **__: None)
     assert decider.conclude(Phase.CONVERGE, {}) is Phase.LINE
     assert place_of(decider) == (1, 0.0)
 

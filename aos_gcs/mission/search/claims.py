@@ -96,16 +96,17 @@ class Claims:
         """Move the places with their tracks, after each step's observation."""
         self._looks.follow(self._tracker.places_in_view_enu_m())
 
-    def announce(self, later_enu_m: Sequence[tuple[float, float]] = ()) -> int | None:
+    def announce(self, later_enu_m: Sequence[tuple[float, float]] = (), *, in_flight: bool = False) -> int | None:
         """Announce all targets that the latest decisions agree to be persons; return the track to be watched, if any.
 
         A target known already is watched again when it is the present one, without another announcement.
 
         Args:
             later_enu_m: places that are left for a later look, and not settled before it.
+            in_flight: whether the frames were taken in flight, which tell nobody to be no person.
         """
         present = self._tracker.estimate()
-        self._surely_other = self._count_others(later_enu_m)
+        self._surely_other = frozenset() if in_flight else self._count_others(later_enu_m)
         watched: int | None = None
         for target in self._tracker.estimates():
             is_present = present is not None and target.track_id == present.track_id
@@ -168,14 +169,17 @@ class Claims:
     def _count_others(self, later_enu_m: Sequence[tuple[float, float]]) -> frozenset[int]:
         """Count the latest step's sightings that are surely no person; return the tracks with enough of them.
 
-        Frames in flight do not count for what is left for later: its look begins anew.
+        They do not count for what is left for later: its look begins anew.
         """
         others: set[int] = set()
         for track_id, (east_m, north_m) in self._tracker.places_enu_m().items():
             if (verdict := self._tracker.latest_verdict(track_id)) is None:
                 continue
             place = float(east_m), float(north_m), 0.0
-            worth, is_left = SURE_SIGHTINGS if verdict.is_thorough else 1, _is_within(place[:2], later_enu_m, SETTLED_M)
+            worth, is_left = (
+                SURE_SIGHTINGS if verdict.is_thorough else 1,
+                _is_within(place[:2], later_enu_m, SETTLED_BY_FEW_M),
+            )
             count = self._looks.count_other(
                 track_id,
                 place,

@@ -200,7 +200,7 @@ class Decider:
             judgements: what the tracks are taken for, by their ids.
         """
         self.tracker.judge(judgements)
-        found = self._claims.announce(self.choice.later_enu_m)
+        found = self._claims.announce(self.choice.later_enu_m, in_flight=self._sweep.is_under_way)
         is_free = found is None and following in {Phase.SCAN, Phase.LINE}
         worth_it = self.choice.review(self.tracker, self._claims.looked_at_enu_m, self._swarm_size, is_free=is_free)
         if following is Phase.FOUND and self._claims.is_rejected():
