@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import tempfile
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -69,13 +71,27 @@ def fly_mission(settings: MissionsSettings, key: MissionKey) -> MissionResult:
         legs: tuple[ScanLeg, ...] = ()
         if settings.pod is not None and settings.legs == LegChoice.CHOSEN:
             planned, legs = with_chosen_legs(planned, settings.pod)
-        mission = fly(flight, planned, legs=legs)
+        with _without_notices():
+            mission = fly(flight, planned, legs=legs)
     if mission.snapshot.outcome is Outcome.FAILED and not mission.steps:
         raise ConfigurationError(f"Missions with --errors {key.errors} do not take off. {mission.snapshot.message}")
     result = judge(key, flight, mission, time.process_time() - begin_s)
     if settings.pod is None:
         return result
     return replace(result, predicted=predicted(planned, flight.persons_enu_m, flight.postures, legs))
+
+
+@contextmanager
+def _without_notices() -> Iterator[None]:
+    """Keep the notices of simulated missions from the log, unless it is to have everything."""
+    log = logging.getLogger("aos_gcs.mission")
+    former = log.level
+    if not log.isEnabledFor(logging.DEBUG):
+        log.setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        log.setLevel(former)
 
 
 def judge(key: MissionKey, flight: Flight, mission: FlownMission, processor_s: float) -> MissionResult:
