@@ -176,10 +176,8 @@ class Claims:
             if (verdict := self._tracker.latest_verdict(track_id)) is None:
                 continue
             place = float(east_m), float(north_m), 0.0
-            worth, is_left = (
-                SURE_SIGHTINGS if verdict.is_thorough else 1,
-                _is_within(place[:2], later_enu_m, SETTLED_BY_FEW_M),
-            )
+            worth = SURE_SIGHTINGS if verdict.is_thorough else 1
+            is_left = _is_within(place[:2], later_enu_m, SETTLED_BY_FEW_M)
             count = self._looks.count_other(
                 track_id,
                 place,
