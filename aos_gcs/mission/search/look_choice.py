@@ -187,14 +187,15 @@ class LookChoice:
         Args:
             looked_at_enu_m: places that have been looked at, or are surely no person.
         """
-        if not (left := self._left(looked_at_enu_m)):
+        self._drop(looked_at_enu_m)
+        if not self._later:
             return None
         speed_mps, from_enu_m = self._settings.flight.cruise_speed_mps, self._progress.here_enu_m
 
         def gain(one: _Later) -> float:
             return one.probability / (LOOK_S + RETURN_S + math.dist(one.place_enu_m, from_enu_m) / speed_mps)
 
-        best = max(left, key=gain)
+        best = max(self._later, key=gain)
         self._later.remove(best)
         self._look_legs.add(len(self._progress.legs))
         east, north = self._settings.scan_direction_enu
@@ -204,13 +205,10 @@ class LookChoice:
 
     def tell_left(self, looked_at_enu_m: Sequence[Place]) -> None:
         """Tell operators the places that the search ends without a look at; the argument is that of the next leg."""
-        if left := self._left(looked_at_enu_m):
-            places = "; ".join(one.text for one in left)
-            self._journal.notice(Severity.WARNING, f"Left for later, and not looked at: {places}")
-
-    def _left(self, looked_at_enu_m: Sequence[Place]) -> list[_Later]:
         self._drop(looked_at_enu_m)
-        return self._later
+        if self._later:
+            places = "; ".join(one.text for one in self._later)
+            self._journal.notice(Severity.WARNING, f"Left for later, and not looked at: {places}")
 
     def _drop(self, looked_at_enu_m: Sequence[Place]) -> None:
         self._later = [one for one in self._later if not _is_within(one, looked_at_enu_m)]
