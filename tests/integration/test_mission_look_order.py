@@ -23,8 +23,19 @@ PERSON = (3.0, 90.0)
 AREA = ((-15.0, 10.0), (15.0, 10.0), (15.0, 120.0), (-15.0, 120.0))
 WARM = (0.0, 40.0, 22.0)
 """A warm thing before the person: east, north, degrees Celsius."""
+WARMER = (0.0, 40.0, 24.0)
+"""The same, which may be a person by its temperature."""
 BY_GAIN = SearchSettings()
+BY_GAIN_PAST = {"search": BY_GAIN, "area_enu_m": AREA, "camera_delay_s": 0.6, "errors": EXACT}
 WHOLE_AREA = DetectionSettings(stop_at_first=False)
+
+
+def past_warm(person: tuple[float, float] | None, warm: tuple[float, float, float], **changes: object) -> Flight:
+    """Return a flight of three over the area, in which each camera sees the warm thing, too."""
+    flight = prepare(3, person, **{**BY_GAIN_PAST, **changes})
+    for vehicle in flight.fleet.members.values():
+        vehicle.others = (warm,)
+    return flight
 
 
 def fly(
@@ -34,9 +45,7 @@ def fly(
     **changes: object,
 ) -> Flight:
     async def whole() -> Flight:
-        flight = prepare(3, person, search=search, area_enu_m=AREA, camera_delay_s=0.6, errors=EXACT, **changes)
-        for vehicle in flight.fleet.members.values():
-            vehicle.others = (warm,)
+        flight = past_warm(person, warm, search=search, **changes)
         async with flying(flight) as run:
             await run
         return flight
@@ -78,7 +87,7 @@ def test_what_is_left_for_later_is_looked_at_behind_the_last_leg_and_the_record_
 
 
 def test_what_may_be_a_person_after_all_is_looked_at_behind_the_last_leg() -> None:
-    flight = fly(BY_GAIN, None, (0.0, 40.0, 24.0))
+    flight = fly(BY_GAIN, None, WARMER)
     assert phases(flight) == [Phase.SCAN, Phase.CONVERGE, Phase.SCAN]
     swept = [step.elapsed_s for step in flight.recorder.steps.values() if step.branch == "sweep"]
     assert all(step.elapsed_s > max(swept) for step in flight.recorder.steps.values() if step.phase is Phase.CONVERGE)
@@ -93,16 +102,14 @@ def test_with_stops_the_look_comes_first() -> None:
 
 
 def test_where_the_time_is_over_what_was_not_looked_at_is_named() -> None:
-    flight = fly(BY_GAIN, None, (0.0, 40.0, 24.0), deadlines=Deadlines(search_s=20.0))
+    flight = fly(BY_GAIN, None, WARMER, deadlines=Deadlines(search_s=20.0))
     assert flight.view.snapshot().outcome is Outcome.NOT_FOUND
     assert len(said(flight, "Left for later, and not looked at: ")) == 1
 
 
 def test_what_an_operator_has_rejected_is_not_looked_at_later() -> None:
     async def whole() -> Flight:
-        flight = prepare(3, None, search=BY_GAIN, area_enu_m=AREA, camera_delay_s=0.6, errors=EXACT)
-        for vehicle in flight.fleet.members.values():
-            vehicle.others = ((0.0, 40.0, 24.0),)
+        flight = past_warm(None, WARMER)
         async with flying(flight) as run:
             await flight.until(lambda: bool(flight.view.snapshot().findings))
             (finding,) = flight.view.snapshot().findings
@@ -118,12 +125,8 @@ def test_what_an_operator_has_rejected_is_not_looked_at_later() -> None:
 def test_the_station_that_takes_up_a_flight_looks_at_what_the_one_before_left_and_the_record_proves_it(
     tmp_path: Path,
 ) -> None:
-    changes = {"search": BY_GAIN, "area_enu_m": AREA, "camera_delay_s": 0.6, "errors": EXACT, "detection": WHOLE_AREA}
-
     async def until_left() -> MissionSnapshot:
-        flight = prepare(3, None, **changes)
-        for vehicle in flight.fleet.members.values():
-            vehicle.others = ((0.0, 40.0, 24.0),)
+        flight = past_warm(None, WARMER, detection=WHOLE_AREA)
         async with flying(flight) as run:
             await flight.until(lambda: bool(said(flight, "Left for later: ")))
             last = flight.view.snapshot()
@@ -131,7 +134,7 @@ def test_the_station_that_takes_up_a_flight_looks_at_what_the_one_before_left_an
         return last
 
     async def go_on(last: MissionSnapshot) -> Flight:
-        flight = restarted(last, **changes)
+        flight = restarted(last, **BY_GAIN_PAST, detection=WHOLE_AREA)
         # The warm thing is gone: only what was left leads there.
         async with flying(flight) as run:
             await flight.until(lambda: flight.mission.phase is Phase.TAKEOFF)
@@ -153,9 +156,7 @@ def test_the_station_that_takes_up_a_flight_looks_at_what_the_one_before_left_an
 
 def test_what_was_left_is_named_where_an_operator_ends_the_search() -> None:
     async def whole() -> Flight:
-        flight = prepare(3, None, search=BY_GAIN, area_enu_m=AREA, camera_delay_s=0.6, errors=EXACT)
-        for vehicle in flight.fleet.members.values():
-            vehicle.others = ((0.0, 40.0, 24.0),)
+        flight = past_warm(None, WARMER)
         async with flying(flight) as run:
             await flight.until(lambda: bool(said(flight, "Left for later: ")))
             await flight.commands.act(Action.RETURN, None)

@@ -14,6 +14,7 @@ from aos_gcs.mission.search.progress import ScanProgress
 from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.search_settings import LookOrder, SearchMode, SearchSettings
 from aos_gcs.planning.settings import MissionSettings
+from aos_gcs.ports import Severity
 from tests.fakes.notices import Notices
 from tests.fakes.target_sightings import SETTINGS
 
@@ -125,6 +126,7 @@ def test_what_the_search_ends_without_is_named() -> None:
     one.leaves(PLACE, verdict(0.1), vehicles=3)
     one.tell_left(())
     assert journal.texts == ["Left for later, and not looked at: 3.0 m east, 40.0 m north"]
+    assert journal.severities == [Severity.WARNING]
 
 
 def test_the_station_that_takes_up_a_flight_goes_on_with_what_was_left() -> None:
