@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from statistics import median
-from typing import Final
+from typing import Final, TypeAlias
 
 from aos_gcs.airspace.accuracy import CONFIDENCE, allowed_offset_m
 from aos_gcs.mission.fleet.accuracies import accuracy_of
@@ -43,6 +43,10 @@ class Reference(StrEnum):
 
     SATELLITES = "its satellite receiver"
     BAROMETER = "its barometer"
+
+
+_Compared: TypeAlias = dict[Reference, dict[int, tuple[float, float]]]
+"""By reference and vehicle: its average difference and what that errs by, in metres."""
 
 
 @dataclass(slots=True)
@@ -92,10 +96,27 @@ class AltitudeWatch:
             self._follow(member, member.vehicle_id in airborne, elapsed_s)
         most_m = allowed_offset_m(separation_m, layer_spacing_m)
         reasons: dict[int, str] = {}
+        compared = self._compared(airborne)
         for member in self._roster.members():
-            found = self._deviation(member, airborne) if member.vehicle_id in airborne else None
+            found = self._deviation(member, compared) if member.vehicle_id in airborne else None
+            told = len(self._told)
             self._judge(member, found, most_m, reasons)
+            if len(self._told) != told:
+                compared = self._compared(airborne)
         return reasons
+
+    def _compared(self, airborne: Mapping[int, Member]) -> _Compared:
+        """Return what the others of a vehicle are compared by, for each reference.
+
+        Vehicles whose height has been found wrong say nothing of the others'.
+        """
+        compared: _Compared = {reference: {} for reference in Reference}
+        for vehicle_id, member in airborne.items():
+            track = self._tracks[vehicle_id]
+            if track.level_s >= _SETTLED_S and vehicle_id not in self._told:
+                for reference, difference_m in track.difference_m.items():
+                    compared[reference][vehicle_id] = difference_m, _error_m(member, reference)
+        return compared
 
     def _follow(self, member: Member, is_airborne: bool, elapsed_s: float) -> None:
         """Take in what a vehicle reports now."""
@@ -131,29 +152,19 @@ class AltitudeWatch:
             track.difference_m[reference] = average_m
             track.lagging_m[reference] = lagging_m + share * (average_m - lagging_m)
 
-    def _deviation(self, member: Member, airborne: Mapping[int, Member]) -> tuple[float, float, Reference] | None:
-        """Return the worst deviation from the others, what it errs by, and the reference; None while there is none.
-
-        Vehicles whose height has been found wrong say nothing of the others'.
-        """
+    def _deviation(self, member: Member, compared: _Compared) -> tuple[float, float, Reference] | None:
+        """Return the worst deviation from the others, what it errs by, and the reference; None while there is none."""
         track = self._tracks[member.vehicle_id]
+        if track.level_s < _SETTLED_S:
+            return None
         found = []
         for reference, difference_m in track.difference_m.items():
-            others = [
-                (other_m, _error_m(other, reference))
-                for other_id, other in airborne.items()
-                if other_id not in {member.vehicle_id, *self._told}
-                and (other_m := self._settled_m(other_id, reference)) is not None
-            ]
-            if others and track.level_s >= _SETTLED_S:
+            others = [other for vehicle_id, other in compared[reference].items() if vehicle_id != member.vehicle_id]
+            if others:
                 away_m = difference_m - median(other_m for other_m, _ in others)
                 error_m = math.hypot(_error_m(member, reference), median(error_m for _, error_m in others))
                 found.append((away_m, CONFIDENCE * error_m, reference))
         return max(found, key=lambda each: abs(each[0]) - each[1], default=None)
-
-    def _settled_m(self, vehicle_id: int, reference: Reference) -> float | None:
-        track = self._tracks[vehicle_id]
-        return track.difference_m.get(reference) if track.level_s >= _SETTLED_S else None
 
     def _judge(
         self, member: Member, found: tuple[float, float, Reference] | None, most_m: float, reasons: dict[int, str]
