@@ -53,6 +53,7 @@ class VirtualTimeLoop(asyncio.SelectorEventLoop):
             self._idle_rounds = 0
         self._idle_rounds += 1
         if self._idle_rounds > _MAX_ROUNDS:
+            self._idle_rounds = 0  # as many again to end all tasks
             raise RuntimeError("endless loop: a task never waits")
         return []
 

@@ -342,12 +342,18 @@ def test_time_passes_only_by_waiting() -> None:
 
 
 def test_something_that_never_waits_is_told() -> None:
+    ends = []
+
     async def spin() -> None:
-        while True:  # noqa: ASYNC110 - that is what it is for
-            await asyncio.sleep(0)
+        try:
+            while True:  # noqa: ASYNC110 - that is what it is for
+                await asyncio.sleep(0)
+        finally:
+            ends.append("cancelled")
 
     with pytest.raises(RuntimeError, match="never waits"):
         run(spin())
+    assert ends == ["cancelled"]
 
 
 def test_a_mission_whose_records_are_lost_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
