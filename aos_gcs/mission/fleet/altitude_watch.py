@@ -46,7 +46,7 @@ class Reference(StrEnum):
 
 
 _Compared: TypeAlias = dict[Reference, dict[int, tuple[float, float]]]
-"""By reference and vehicle: its average difference and what that errs by, in metres."""
+"""Average difference of each vehicle and what that errs by, in metres, by reference."""
 
 
 @dataclass(slots=True)
