@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import AsyncIterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,7 @@ from playwright.async_api import Page, Route, expect
 from aos_gcs.geometry.notations import Notation
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.model.actions import Action
+from aos_gcs.mission.model.decisions import LeftPlace
 from aos_gcs.mission.model.findings import FindingStatus, TargetEstimate
 from aos_gcs.ports import Severity
 from aos_gcs.runtime.viewer import Viewer
@@ -241,3 +243,13 @@ async def test_the_hand_over_is_downloaded_as_the_screen_writes_positions(
         await page.get_by_test_id("handover").click()
         await expect(page.get_by_test_id("handover-problem")).to_contain_text("being made already")
         page_record.errors.clear()  # the browser's word on the refusal
+
+
+async def test_places_left_for_later_are_listed_with_the_targets(page: Page, found_service: Service) -> None:
+    found_service.freeze()
+    told = replace(found_service.mission.snapshot(), left_for_later=(LeftPlace((4.0, 20.0), 0.12),))
+    found_service.mission.snapshot = lambda: told
+    await open_page(page, found_service.url)
+    later = page.get_by_test_id("left-for-later")
+    await expect(later).to_contain_text("Left for a later look")
+    await expect(later).to_contain_text("person: 12\N{NARROW NO-BREAK SPACE}%")

@@ -8,6 +8,7 @@ from aos_gcs.api.convert.mission import MissionConverter, allowed_actions
 from aos_gcs.api.convert.reuse import Reused, ReusedItems
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.mission.model.actions import Action
+from aos_gcs.mission.model.decisions import LeftPlace
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.vehicles import Task, VehicleSnapshot
 from aos_gcs.ports import LandedState, VehicleState
@@ -77,3 +78,12 @@ def test_segments_have_their_figures_in_per_cent() -> None:
         "success_percent": 33.0,
     }
     assert [unknown.detection_percent, unknown.probability_percent, unknown.success_percent] == [None] * 3
+
+
+def test_places_that_are_left_for_later_are_told_with_their_probability() -> None:
+    origin = GeodeticPosition(48.0, 14.0, 300.0)
+    left = replace(snapshot(), left_for_later=(LeftPlace((4.0, 20.0), 0.12345),))
+    (place,) = MissionConverter(origin).convert(left).left_for_later
+    assert (place.position.east_m, place.position.north_m, place.person_confidence) == (4.0, 20.0, 0.123)
+    assert place.position.latitude_deg is not None
+    assert place.position.latitude_deg > origin.latitude_deg

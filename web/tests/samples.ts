@@ -69,6 +69,7 @@ export function mission(changes: Partial<Mission> = {}): Mission {
     preflight: [],
     target: null,
     targets: [],
+    left_for_later: [],
     findings: [],
     acknowledgements: [],
     sharing: [],

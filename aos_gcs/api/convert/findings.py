@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from aos_gcs.api.convert.places import finite, position, rounded
-from aos_gcs.api.models.findings import EllipseModel, FindingModel, TargetModel
+from aos_gcs.api.convert.places import finite, position, rounded, vertex
+from aos_gcs.api.models.findings import EllipseModel, FindingModel, LeftPlaceModel, TargetModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.geometry.notations import dms, mgrs_text, utm_text
+from aos_gcs.mission.model.decisions import LeftPlace
 from aos_gcs.mission.model.findings import ErrorEllipse, Finding, TargetEstimate
 
 
@@ -37,6 +38,11 @@ def target(estimate: TargetEstimate, origin: GeodeticPosition | None) -> TargetM
         kind=estimate.kind,
         reasons=list(estimate.reasons),
     )
+
+
+def left_place(place: LeftPlace, origin: GeodeticPosition | None) -> LeftPlaceModel:
+    """Convert a place that is left for a later look."""
+    return LeftPlaceModel(position=vertex(place.place_enu_m, origin), person_confidence=round(place.probability, 3))
 
 
 def finding(found: Finding, origin: GeodeticPosition | None) -> FindingModel:

@@ -7,7 +7,7 @@ from functools import partial
 from typing import Final
 
 from aos_gcs.airspace.polygon import Polygon
-from aos_gcs.api.convert.findings import finding, target
+from aos_gcs.api.convert.findings import finding, left_place, target
 from aos_gcs.api.convert.notices import acknowledgement
 from aos_gcs.api.convert.places import finite, geodetic, percent, rounded, scan_leg, vertices
 from aos_gcs.api.convert.preflight import preflight_check
@@ -55,6 +55,7 @@ class MissionConverter:
         self._vehicles: dict[int, VehicleConverter] = {}
         self._preflight = ReusedItems(preflight_check)
         self._findings = ReusedItems(partial(finding, origin=origin))
+        self._left_for_later = ReusedItems(partial(left_place, origin=origin))
         self._acknowledgements = ReusedItems(acknowledgement)
         self._sharing = ReusedItems(channel)
         self._proposals = ReusedItems(proposal)
@@ -98,6 +99,7 @@ class MissionConverter:
             preflight=self._preflight(snapshot.preflight),
             target=target(snapshot.target, origin) if snapshot.target else None,
             targets=[target(one, origin) for one in snapshot.targets],
+            left_for_later=self._left_for_later(snapshot.left_for_later),
             min_separation_m=rounded(snapshot.min_separation_m, 2),
             focus=_focus(snapshot.focus) if snapshot.focus else None,
             findings=self._findings(snapshot.findings),

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from aos_gcs.api.models.base import PositionModel, WireModel
+from aos_gcs.api.models.base import PositionModel, VertexModel, WireModel
 from aos_gcs.imaging.persons.decision import FindingKind
 from aos_gcs.mission.model.findings import FindingStatus
 
@@ -35,6 +35,13 @@ class TargetModel(WireModel):
     )
     kind: FindingKind = Field(description="What it is taken for, once that is decided.")
     reasons: list[str] = Field(description="What the probability rests on, in words.")
+
+
+class LeftPlaceModel(WireModel):
+    """A place that is left for a later look."""
+
+    position: VertexModel
+    person_confidence: float = Field(description="Probability, 0 to 1, that it is a person, by what has been seen.")
 
 
 class FindingModel(WireModel):

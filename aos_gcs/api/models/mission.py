@@ -8,7 +8,7 @@ from pydantic import Field
 
 from aos_gcs.api.models.base import GeodeticModel, ScanLegModel, VertexModel, WireModel
 from aos_gcs.api.models.control import ControlModel
-from aos_gcs.api.models.findings import FindingModel, TargetModel
+from aos_gcs.api.models.findings import FindingModel, LeftPlaceModel, TargetModel
 from aos_gcs.api.models.notices import AcknowledgementModel
 from aos_gcs.api.models.preflight import PreflightCheckModel
 from aos_gcs.api.models.proposals import ProposalModel
@@ -100,6 +100,9 @@ class MissionModel(WireModel):
     preflight: list[PreflightCheckModel]
     target: TargetModel | None = Field(description="Target in view, or else the one that was seen last.")
     targets: list[TargetModel] = Field(description="All confirmed targets, and the target.")
+    left_for_later: list[LeftPlaceModel] = Field(
+        description="Places in view that the swarm has flown past, to be looked at behind the last leg."
+    )
     min_separation_m: float | None
     focus: FocusModel | None
     findings: list[FindingModel] = Field(description="Oldest first.")

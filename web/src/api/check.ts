@@ -57,6 +57,7 @@ const mission = shape({
   preflight: listOf(shape({ vehicle_id: isNumber, name: isString, status: isString })),
   target: orNull(target),
   targets: listOf(target),
+  left_for_later: listOf(shape({ position: vertex, person_confidence: isNumber })),
   findings: listOf(finding),
   acknowledgements: listOf(shape({ notice_id: isNumber, operator: isString, utc_s: isNumber })),
   allowed_actions: listOf(isString),

@@ -1854,6 +1854,18 @@ export interface components {
      */
     LandedState: "unknown" | "on_ground" | "taking_off" | "in_air" | "landing";
     /**
+     * LeftPlaceModel
+     * @description A place that is left for a later look.
+     */
+    LeftPlaceModel: {
+      /**
+       * Person Confidence
+       * @description Probability, 0 to 1, that it is a person, by what has been seen.
+       */
+      person_confidence: number;
+      position: components["schemas"]["VertexModel"];
+    };
+    /**
      * LegProfileModel
      * @description Heights above the origin along one leg, as lists of the same length; null where the ground is not known.
      */
@@ -1987,6 +1999,11 @@ export interface components {
       focus: components["schemas"]["FocusModel"] | null;
       /** @description What has been searched; null before the first figures. */
       ground: components["schemas"]["GroundModel"] | null;
+      /**
+       * Left For Later
+       * @description Places in view that the swarm has flown past, to be looked at behind the last leg.
+       */
+      left_for_later: components["schemas"]["LeftPlaceModel"][];
       /**
        * Leg
        * @description Index of the leg being flown.

@@ -13,6 +13,7 @@ export type Position = Schemas["PositionModel"];
 export type Vertex = Schemas["VertexModel"];
 export type Geodetic = Schemas["GeodeticModel"];
 export type Target = Schemas["TargetModel"];
+export type LeftPlace = Schemas["LeftPlaceModel"];
 export type Step = Schemas["StepModel"];
 /** What a step says of the search as a whole. */
 export type StepFigures = Schemas["StepFiguresModel"];

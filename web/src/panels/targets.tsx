@@ -1,12 +1,17 @@
-/** Tracked targets with their estimated positions. */
-import type { Target } from "../api/types";
+/** Tracked targets with their estimated positions, and places that are left for a later look. */
+import type { LeftPlace, Target } from "../api/types";
 import { type Notation, written } from "../coordinates";
 import { eastNorth, likelihood, quantity } from "../format";
 import { useShell } from "../shell/context";
 import { said, texts } from "../texts";
 import { Panel } from "../ui/panel";
 
-export function TargetsPanel({ targets }: { targets: readonly Target[] }) {
+interface TargetsProps {
+  targets: readonly Target[];
+  later: readonly LeftPlace[];
+}
+
+export function TargetsPanel({ targets, later }: TargetsProps) {
   const { notation } = useShell();
   return (
     <Panel title={texts.target.panel} testId="targets" class="targets">
@@ -14,6 +19,16 @@ export function TargetsPanel({ targets }: { targets: readonly Target[] }) {
         <p class="empty">{texts.target.none}</p>
       ) : (
         targets.map((target) => <TargetFacts key={target.track_id} target={target} notation={notation} />)
+      )}
+      {later.length > 0 && (
+        <dl data-testid="left-for-later">
+          <dt>{texts.target.later}</dt>
+          {later.map(({ position, person_confidence: person }) => (
+            <dd class="small" key={`${position.east_m},${position.north_m}`}>
+              {eastNorth(position.east_m, position.north_m)}, {texts.target.person(likelihood(person))}
+            </dd>
+          ))}
+        </dl>
       )}
     </Panel>
   );

@@ -232,6 +232,7 @@ export const english = {
       heights: "Heights of all vehicles",
       vehicles: "Vehicles",
     },
+    later: (probability: string) => `later (${probability})`,
     target: (trackId: number) => (trackId === 0 ? "Target" : `Target ${trackId}`),
   },
   team,

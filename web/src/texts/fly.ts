@@ -78,4 +78,6 @@ export const target = {
   sightings: (count: number) => (count === 1 ? "1 sighting" : `${count} sightings`),
   error: (sigma: string) => `± ${sigma} (1 σ)`,
   taken: (kind: string, probability: string) => `${kind} (person: ${probability})`,
+  later: "Left for a later look",
+  person: (probability: string) => `person: ${probability}`,
 } as const;

@@ -1,7 +1,8 @@
-/** Tracked targets with their error ellipses of one standard deviation. */
+/** Tracked targets with their error ellipses of one standard deviation, and places that are left for a later look. */
 import type { Feature } from "geojson";
-import type { Geodetic, Target } from "../../api/types";
+import type { Geodetic, LeftPlace, Target } from "../../api/types";
 import { ellipse } from "../../geometry";
+import { likelihood } from "../../format";
 import { texts } from "../../texts";
 import { enu, feature, point, polygon } from "../geojson";
 import { featureLayer } from "../layer";
@@ -19,7 +20,7 @@ export const targetsLayer = featureLayer({
       type: "circle",
       filter: ["==", ["geometry-type"], "Point"],
       paint: {
-        "circle-radius": 9,
+        "circle-radius": ["case", ["has", "isLater"], 5, 9],
         "circle-opacity": 0,
         "circle-stroke-color": palette.target,
         "circle-stroke-width": 2.5,
@@ -37,11 +38,18 @@ export const targetsLayer = featureLayer({
       paint: { "text-color": palette.label, "text-halo-color": palette.halo, "text-halo-width": 2 },
     },
   ],
-  inputs: ({ origin, mission }) => [JSON.stringify([origin, mission.targets])],
-  features: ({ origin, mission }) => mission.targets.flatMap((target) => featuresOf(origin, target)),
+  inputs: ({ origin, mission }) => [JSON.stringify([origin, mission.targets, mission.left_for_later])],
+  features: ({ origin, mission }) => [
+    ...mission.targets.flatMap((target) => featuresOf(origin, target)),
+    ...mission.left_for_later.map((place) => laterPlace(origin, place)),
+  ],
 });
 
 function featuresOf(origin: Geodetic, { track_id: id, position, ellipse: error }: Target): Feature[] {
   const place = feature(point(origin, enu(position)), { id, name: texts.map.target(id) });
   return error === null ? [place] : [feature(polygon(origin, ellipse(enu(position), error)), { id }), place];
+}
+
+function laterPlace(origin: Geodetic, { position, person_confidence: person }: LeftPlace): Feature {
+  return feature(point(origin, enu(position)), { isLater: true, name: texts.map.later(likelihood(person)) });
 }

@@ -80,4 +80,6 @@ export const target: Texts["target"] = {
   sightings: (count) => plural(count, "Sichtung", "Sichtungen"),
   error: (sigma) => `± ${sigma} (1 σ)`,
   taken: (kind, probability) => `${kind} (Person: ${probability})`,
+  later: "Wird später genauer betrachtet",
+  person: (probability) => `Person: ${probability}`,
 };

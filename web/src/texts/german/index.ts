@@ -233,6 +233,7 @@ const texts: Texts = {
       heights: "Höhen aller Drohnen",
       vehicles: "Drohnen",
     },
+    later: (probability) => `später (${probability})`,
     target: (trackId) => (trackId === 0 ? "Ziel" : `Ziel ${trackId}`),
   },
   team,

@@ -60,7 +60,7 @@ export function FlyView() {
         <VehiclePanel />
         <SearchedPanel mission={state.mission} hasFiles={state.capabilities.viewer} />
         <RelayPanel mission={state.mission} />
-        <TargetsPanel targets={state.mission?.targets ?? []} />
+        <TargetsPanel targets={state.mission?.targets ?? []} later={state.mission?.left_for_later ?? []} />
         <SharingPanel channels={state.mission?.sharing ?? []} />
       </div>
       <FleetPanel />
