@@ -18,6 +18,7 @@ import typer
 
 from aos_gcs.cli.output import LogLevel, configure_logging
 from aos_gcs.cli.registry import group_class
+from aos_gcs.cli.threads import use_one_blas_thread
 from aos_gcs.errors import AosError
 from aos_gcs.input_values import printable
 
@@ -58,6 +59,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     Raises:
         SystemExit: always; 0 for success, 2 for errors of the user, 130 after Ctrl-C.
     """
+    use_one_blas_thread()
     try:
         typer.main.get_command(_app())(arguments, prog_name="aos-gcs")
     except AosError as error:

@@ -35,8 +35,8 @@ _KILL_S = 2.0
 _ENVIRONMENT = {
     # Largest image that OpenCV decodes, whatever its headers say.
     "OPENCV_IO_MAX_IMAGE_PIXELS": "250000000",
-    # With a stack for each of many cores, little would be left of the memory limit.
-    "OPENBLAS_NUM_THREADS": "4",
+    # Threads of BLAS would wait for one another in a loop, and take a stack each from the memory limit.
+    "OPENBLAS_NUM_THREADS": "1",
     # Arrays of a step are freed and asked for again at once: glibc would hand their pages back and forth each time,
     # which takes a sixth of the time of a step's pictures.
     "MALLOC_MMAP_THRESHOLD_": "33554432",

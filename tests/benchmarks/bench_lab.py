@@ -1,4 +1,4 @@
-"""Times the laboratory: ``python tests/benchmarks/bench_lab.py``.
+"""Times the laboratory: ``OPENBLAS_NUM_THREADS=1 python tests/benchmarks/bench_lab.py``, as all commands compute.
 
 Processor time is what a core of its own would take; wall time includes what other programs do meanwhile. The campaign
 is computed by this process and by two Dask workers, their start included, in turn, so that both meet the same load.

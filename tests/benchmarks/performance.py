@@ -22,6 +22,7 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
+from aos_gcs.cli.threads import use_one_blas_thread
 from tests.benchmarks.figures import ROWS_FILE
 
 FOLDER = Path(__file__).resolve().parent
@@ -47,7 +48,8 @@ OPTIONS = {"fleet": ("--busy",)}
 
 
 def measure(names: Collection[str]) -> dict[str, dict[str, Any]]:
-    """Run benchmarks one after another and return their figures by row."""
+    """Run benchmarks one after another and return their figures by row; with one thread of BLAS, as all commands."""
+    use_one_blas_thread()
     found: dict[str, dict[str, Any]] = {}
     for script in sorted(FOLDER.glob("bench_*.py")):
         name = script.stem.removeprefix("bench_")
