@@ -7,10 +7,12 @@ import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from http.server import BaseHTTPRequestHandler
 
 import cv2
 import numpy as np
+
+from tests.fakes.http_server import HttpServer
 
 Place = tuple[int, int, int]
 
@@ -76,7 +78,7 @@ def tile_server(context: ssl.SSLContext | None = None) -> Iterator[TileServer]:
         def log_message(self, *_: object) -> None:
             """Keep quiet."""
 
-    with ThreadingHTTPServer(("127.0.0.1", 0), Handler) as listening:
+    with HttpServer(("127.0.0.1", 0), Handler) as listening:
         listening.daemon_threads = True
         scheme = "http"
         if context is not None:

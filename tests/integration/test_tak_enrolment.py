@@ -11,7 +11,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime, timedelta
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from http.server import BaseHTTPRequestHandler
 from pathlib import Path
 from typing import Any, ClassVar
 from urllib.parse import parse_qs, urlsplit
@@ -22,6 +22,7 @@ from aos_gcs.sharing.settings import TakSettings
 from aos_gcs.sharing.tak import enrolment
 from aos_gcs.sharing.tak.connection import tls_context
 from tests.fakes.command_line import exit_status
+from tests.fakes.http_server import HttpServer
 from tests.fakes.sharing import make_authority, make_certificate
 
 x509 = pytest.importorskip("cryptography.x509")
@@ -104,7 +105,7 @@ def signed(folder: Path, request_pem: bytes, key: Any = None) -> dict[str, str]:
 def serving(folder: Path, change: Callable[[str, bytes], tuple[int, bytes]] | None = None) -> Iterator[int]:
     """Serve for as long as the context is entered; the port."""
     Signer.folder, Signer.requests, Signer.change = folder, [], staticmethod(change) if change else None  # type: ignore[assignment]
-    server = ThreadingHTTPServer(("127.0.0.1", 0), Signer)
+    server = HttpServer(("127.0.0.1", 0), Signer)
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     context.load_cert_chain(folder / "server.pem", folder / "server.key")
     server.socket = context.wrap_socket(server.socket, server_side=True)
@@ -255,7 +256,7 @@ def test_a_server_that_is_not_there_or_speaks_no_tls_is_named(
         unused.bind(("127.0.0.1", 0))  # Nobody listens there.
         assert run(configuration(station, unused.getsockname()[1])) == 2
     assert "refuses the connection" in capsys.readouterr().err
-    plain = ThreadingHTTPServer(("127.0.0.1", 0), Signer)
+    plain = HttpServer(("127.0.0.1", 0), Signer)
     thread = threading.Thread(target=plain.serve_forever, args=(0.01,))
     thread.start()
     assert run(configuration(station, plain.server_port)) == 2
