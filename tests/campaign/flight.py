@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 import tempfile
 from collections.abc import Callable
 from contextlib import suppress
@@ -45,6 +46,7 @@ class FlightVerdict:
 
 def fly(scenario: Scenario) -> FlightVerdict:
     """Fly a scenario in virtual time."""
+    gc.collect()  # what others have left unfinished is reported when it is collected: before this mission, not in it
     with tempfile.TemporaryDirectory(prefix="campaign-", dir=_MEMORY if _MEMORY.is_dir() else None) as folder:
         try:
             return run(_fly(scenario, Path(folder)))
