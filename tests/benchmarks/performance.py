@@ -43,8 +43,8 @@ misses is marked. Rows that a run leaves out keep their figures, with the commit
 
 GOAL = re.compile(r"(?P<of>ratio )?(?P<sign>[<≤±]) (?P<limit>[\d.]+)(?:/(?P<divisor>\d+))?")
 """Beginning of a goal that has a number, which is one of the figure's unit, or a ratio."""
-OPTIONS = {"fleet": ("--busy",)}
-"""Options of benchmarks: commands reach a fleet while every core analyses images."""
+OPTIONS = {"fleet": ("--busy",), "mission": ("1", "2", "3")}
+"""Options of benchmarks: commands reach a fleet while every core analyses images; seeds of missions."""
 
 
 def measure(names: Collection[str]) -> dict[str, dict[str, Any]]:
