@@ -45,7 +45,7 @@ class Reference(StrEnum):
     BAROMETER = "its barometer"
 
 
-_Compared: TypeAlias = dict[Reference, dict[int, tuple[float, float]]]
+_Settled: TypeAlias = dict[Reference, dict[int, tuple[float, float]]]
 """Average difference of each vehicle and what that errs by, in metres, by reference."""
 
 
@@ -96,27 +96,21 @@ class AltitudeWatch:
             self._follow(member, member.vehicle_id in airborne, elapsed_s)
         most_m = allowed_offset_m(separation_m, layer_spacing_m)
         reasons: dict[int, str] = {}
-        compared = self._compared(airborne)
+        settled = self._settled(airborne)
         for member in self._roster.members():
-            found = self._deviation(member, compared) if member.vehicle_id in airborne else None
-            told = len(self._told)
+            found = self._deviation(member, settled) if member.vehicle_id in airborne else None
             self._judge(member, found, most_m, reasons)
-            if len(self._told) != told:
-                compared = self._compared(airborne)
         return reasons
 
-    def _compared(self, airborne: Mapping[int, Member]) -> _Compared:
-        """Return what the others of a vehicle are compared by, for each reference.
-
-        Vehicles whose height has been found wrong say nothing of the others'.
-        """
-        compared: _Compared = {reference: {} for reference in Reference}
+    def _settled(self, airborne: Mapping[int, Member]) -> _Settled:
+        """Return the averages that count."""
+        settled: _Settled = {reference: {} for reference in Reference}
         for vehicle_id, member in airborne.items():
             track = self._tracks[vehicle_id]
-            if track.level_s >= _SETTLED_S and vehicle_id not in self._told:
+            if track.level_s >= _SETTLED_S:
                 for reference, difference_m in track.difference_m.items():
-                    compared[reference][vehicle_id] = difference_m, _error_m(member, reference)
-        return compared
+                    settled[reference][vehicle_id] = difference_m, _error_m(member, reference)
+        return settled
 
     def _follow(self, member: Member, is_airborne: bool, elapsed_s: float) -> None:
         """Take in what a vehicle reports now."""
@@ -152,17 +146,19 @@ class AltitudeWatch:
             track.difference_m[reference] = average_m
             track.lagging_m[reference] = lagging_m + share * (average_m - lagging_m)
 
-    def _deviation(self, member: Member, compared: _Compared) -> tuple[float, float, Reference] | None:
-        """Return the worst deviation from the others, what it errs by, and the reference; None while there is none."""
-        track = self._tracks[member.vehicle_id]
-        if track.level_s < _SETTLED_S:
-            return None
+    def _deviation(self, member: Member, settled: _Settled) -> tuple[float, float, Reference] | None:
+        """Return the worst deviation from the others, what it errs by, and the reference; None while there is none.
+
+        Vehicles whose height has been found wrong say nothing of the others'.
+        """
+        left_out = {member.vehicle_id, *self._told}
         found = []
-        for reference, difference_m in track.difference_m.items():
-            others = [other for vehicle_id, other in compared[reference].items() if vehicle_id != member.vehicle_id]
-            if others:
+        for reference, averages in settled.items():
+            others = [other for vehicle_id, other in averages.items() if vehicle_id not in left_out]
+            if others and member.vehicle_id in averages:
+                difference_m, own_error_m = averages[member.vehicle_id]
                 away_m = difference_m - median(other_m for other_m, _ in others)
-                error_m = math.hypot(_error_m(member, reference), median(error_m for _, error_m in others))
+                error_m = math.hypot(own_error_m, median(error_m for _, error_m in others))
                 found.append((away_m, CONFIDENCE * error_m, reference))
         return max(found, key=lambda each: abs(each[0]) - each[1], default=None)
 
