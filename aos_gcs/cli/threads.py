@@ -14,7 +14,6 @@ def use_one_blas_thread() -> None:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
-def use_one_thread() -> None:
-    """Keep OpenCV from threads of its own, too: a study is parallel by its processes."""
-    use_one_blas_thread()
+def use_one_opencv_thread() -> None:
+    """Keep OpenCV from threads of its own in the same way: a study is parallel by its processes."""
     os.environ.setdefault("OPENCV_FOR_THREADS_NUM", "1")

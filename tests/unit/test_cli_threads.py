@@ -4,7 +4,7 @@ import sys
 import pytest
 
 from aos_gcs.cli import main
-from aos_gcs.cli.threads import use_one_thread
+from aos_gcs.cli.threads import use_one_opencv_thread
 
 
 @pytest.mark.parametrize("module", ["aos_gcs.cli", "aos_gcs.cli.lab.missions", "aos_gcs.cli.lab.effectiveness"])
@@ -25,8 +25,9 @@ def test_every_command_computes_with_one_blas_thread_unless_the_user_says_otherw
     assert environment["OPENBLAS_NUM_THREADS"] == used
 
 
-def test_studies_keep_opencv_from_threads_too(monkeypatch: pytest.MonkeyPatch) -> None:
-    environment = {"OPENCV_FOR_THREADS_NUM": "3"}
+@pytest.mark.parametrize(("told", "used"), [({}, "1"), ({"OPENCV_FOR_THREADS_NUM": "3"}, "3")])
+def test_studies_keep_opencv_from_threads_too(monkeypatch: pytest.MonkeyPatch, told: dict[str, str], used: str) -> None:
+    environment = dict(told)
     monkeypatch.setattr("os.environ", environment)
-    use_one_thread()
-    assert environment == {"OPENBLAS_NUM_THREADS": "1", "OPENCV_FOR_THREADS_NUM": "3"}
+    use_one_opencv_thread()
+    assert environment == {"OPENCV_FOR_THREADS_NUM": used}

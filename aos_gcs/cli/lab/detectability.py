@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from aos_gcs.cli.lab.effectiveness import parse_densities
-from aos_gcs.cli.threads import use_one_thread
+from aos_gcs.cli.threads import use_one_opencv_thread
 
 
 def detectability(
@@ -28,7 +28,7 @@ def detectability(
     Standing, sitting and lying persons are rendered from many directions and examined as missions examine their
     frames. The same command goes on where it was stopped. See docs/ground-map.md.
     """
-    use_one_thread()
+    use_one_opencv_thread()
     from dataclasses import asdict  # noqa: PLC0415 - keeps the other commands' help fast
     from functools import partial  # noqa: PLC0415
     from importlib.metadata import version  # noqa: PLC0415

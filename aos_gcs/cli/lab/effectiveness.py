@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from aos_gcs.cli.threads import use_one_thread
+from aos_gcs.cli.threads import use_one_opencv_thread
 from aos_gcs.errors import ConfigurationError
 
 
@@ -32,7 +32,7 @@ def effectiveness(
     Vehicles and cameras err as in the field. Results are written after each scene: the same command goes on where it
     was stopped. See docs/effectiveness.md.
     """
-    use_one_thread()
+    use_one_opencv_thread()
     from aos_gcs.cli.output import progress  # noqa: PLC0415 - keeps the other commands' help fast
     from aos_gcs.imaging.persons.classifier import read_model  # noqa: PLC0415
     from aos_gcs.lab.effectiveness.report import (  # noqa: PLC0415

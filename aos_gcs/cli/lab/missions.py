@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from aos_gcs.cli.lab.effectiveness import parse_densities
-from aos_gcs.cli.threads import use_one_thread
+from aos_gcs.cli.threads import use_one_opencv_thread
 
 
 def missions(
@@ -121,7 +121,7 @@ def missions(
     simulated in the same process, with animals, stones, stumps, cloths and puddles. Results are written after each
     mission: the same command goes on where it was stopped. See docs/missions.md.
     """
-    use_one_thread()
+    use_one_opencv_thread()
     from functools import partial  # noqa: PLC0415 - keeps the other commands' help fast
     from importlib.metadata import version  # noqa: PLC0415
 

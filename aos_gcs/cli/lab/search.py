@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from aos_gcs.cli.lab.effectiveness import parse_densities
-from aos_gcs.cli.threads import use_one_thread
+from aos_gcs.cli.threads import use_one_opencv_thread
 from aos_gcs.errors import ConfigurationError
 
 
@@ -57,7 +57,7 @@ def search(
     again until they are noticed. Results are written after each person: the same command goes on where it was stopped.
     See docs/searches.md.
     """
-    use_one_thread()
+    use_one_opencv_thread()
     from dataclasses import asdict  # noqa: PLC0415 - keeps the other commands' help fast
     from functools import partial  # noqa: PLC0415
     from importlib.metadata import version  # noqa: PLC0415
