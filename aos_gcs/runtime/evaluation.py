@@ -19,7 +19,7 @@ from aos_gcs.geometry.walks import Walk
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.search.sampling import to_frame
-from aos_gcs.runtime.truth_file import check_place, read_world
+from aos_gcs.runtime.truth_file import check_world, read_world
 from aos_gcs.store.reader import MissionReader
 
 TRUTH_GROUP = "aos_gcs.truths"
@@ -76,10 +76,10 @@ def score_mission(snapshot: MissionSnapshot, folder: Path, world_file: Path, rep
     Mission and world may have origins of their own.
 
     Raises:
-        InputDataError: the mission folder or the world file cannot be read, or the file tells of another place.
+        InputDataError: the mission folder or the world file cannot be read, or the file tells of another world.
     """
     world = read_world(world_file)
-    check_place(world_file, world, snapshot)
+    check_world(world_file, world, snapshot)
     report: dict[str, Any] = {}
     if report_file is not None and report_file.exists():
         report = json.loads(report_file.read_text(encoding="utf-8"))

@@ -1,4 +1,4 @@
-"""The simulator's truth about a world, as a file: read, and refused where it tells of another place."""
+"""The simulator's truth about a world, as a file: read, and refused where it tells of another world."""
 
 from __future__ import annotations
 
@@ -13,6 +13,10 @@ from aos_gcs.errors import InputDataError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.geometry.walks import Walk
 from aos_gcs.mission.model.snapshot import MissionSnapshot
+
+_CLOCKS_APART_S = 60.0
+"""Difference of the clocks of simulation and service that is no reason to refuse a file."""
+_REMEDY = "Name the file that the simulator wrote for this mission."
 
 
 def read_world(path: Path) -> dict[str, Any]:
@@ -40,12 +44,29 @@ def read_world(path: Path) -> dict[str, Any]:
     return world
 
 
-def check_place(path: Path, world: Mapping[str, Any], snapshot: MissionSnapshot) -> None:
+def check_world(path: Path, world: Mapping[str, Any], last: MissionSnapshot) -> None:
     """Refuse the truth about a world that the mission has not searched.
 
+    Args:
+        path: world file.
+        world: its fields.
+        last: last snapshot of the mission.
+
     Raises:
-        InputDataError: the search areas of mission and world lie apart.
+        InputDataError: the world began after the mission, or their search areas lie apart.
     """
+    _check_area(path, world, last)
+    if last.started_utc_s is None:
+        return
+    later_s = float(world.get("start_utc_s") or 0.0) - (last.started_utc_s + last.elapsed_s)
+    if later_s > _CLOCKS_APART_S:
+        raise InputDataError(
+            f"{path} is the truth about another world: its start_utc_s is {later_s:.0f} s after the mission's end. "
+            f"{_REMEDY}"
+        )
+
+
+def _check_area(path: Path, world: Mapping[str, Any], snapshot: MissionSnapshot) -> None:
     if not world.get("area_enu_m") or not snapshot.area_enu_m or snapshot.origin is None:
         return
     frame, mission_frame = LocalFrame(GeodeticPosition(**world["origin"])), LocalFrame(snapshot.origin)
@@ -57,7 +78,7 @@ def check_place(path: Path, world: Mapping[str, Any], snapshot: MissionSnapshot)
     if apart_m.max() > 0.0:
         raise InputDataError(
             f"{path} is the truth about another world: its area_enu_m lies {apart_m.max():.0f} m outside the search "
-            "area of the mission. Name the file that the simulator wrote for this mission."
+            f"area of the mission. {_REMEDY}"
         )
 
 

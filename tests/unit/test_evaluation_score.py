@@ -23,7 +23,7 @@ from aos_gcs.mission.model.steps import StepRecord
 from aos_gcs.mission.model.vehicles import Task, VehicleSnapshot
 from aos_gcs.ports import Capture, VehicleState
 from aos_gcs.runtime.evaluation import Score, score_mission
-from aos_gcs.runtime.truth_file import check_place, read_world
+from aos_gcs.runtime.truth_file import check_world, read_world
 from aos_gcs.store.recorder import MissionRecorder
 from aos_sim.truth import unoccluded_areas_m2
 from aos_sim.world.scene import SceneParameters, build_scene
@@ -271,6 +271,18 @@ def test_the_truth_about_another_world_is_refused(tmp_path: Path) -> None:
         write_world_file(path, World(area_m), LocalFrame(ORIGIN).to_geodetic(offset_m), {}, START_UTC_S)
         if is_other:
             with pytest.raises(InputDataError, match=r"another world: its area_enu_m lies 920 m outside"):
-                check_place(path, read_world(path), searched)
+                check_world(path, read_world(path), searched)
         else:
-            check_place(path, read_world(path), searched)
+            check_world(path, read_world(path), searched)
+
+
+def test_the_truth_about_a_world_that_began_after_the_mission_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "world.json"
+    last = replace(snapshot(None, (), Outcome.NOT_FOUND), started_utc_s=START_UTC_S + 200.0)
+    for later_s, is_other in ((0.0, False), (330.0, False), (480.0, True)):
+        write_world_file(path, World(()), ORIGIN, {}, START_UTC_S + later_s)
+        if is_other:
+            with pytest.raises(InputDataError, match=r"another world: its start_utc_s is 180 s after"):
+                check_world(path, read_world(path), last)
+        else:
+            check_world(path, read_world(path), last)
