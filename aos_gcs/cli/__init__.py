@@ -18,9 +18,9 @@ import typer
 
 from aos_gcs.cli.output import LogLevel, configure_logging
 from aos_gcs.cli.registry import group_class
-from aos_gcs.cli.threads import use_one_blas_thread
 from aos_gcs.errors import AosError
 from aos_gcs.input_values import printable
+from aos_gcs.process import use_one_blas_thread
 
 BUILT_IN: dict[str, str] = {
     "demo": "aos_gcs.cli.demo:demo",

@@ -11,7 +11,7 @@ import typer
 from aos_gcs.cli.output import progress
 from aos_gcs.cli.survey_options import parse_numbers
 from aos_gcs.errors import ConfigurationError
-from aos_gcs.surveys.video.attitude import Attitude
+from aos_gcs.surveys.video.subtitles import Attitude
 
 PANEL = "Frames"
 

@@ -14,10 +14,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from aos_gcs.elevation.datum import SIGMA_THROUGH_GRIDS_M, SIGMA_TO_EGM96_M, StatedDatum, VerticalDatum
 from aos_gcs.elevation.geoid import Geoid
-from aos_gcs.elevation.longitudes import unwrapped
 from aos_gcs.elevation.merged import MergedHeights
 from aos_gcs.elevation.suspects import Holes, SuspectedHoles, overlaps, zeros_at_a_step
-from aos_gcs.elevation.tile import BLOCK_CELLS, BlockCache, ElevationTile, block_counts
+from aos_gcs.elevation.tile import BLOCK_CELLS, BlockCache, ElevationTile, block_counts, unwrapped
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.extras import load_extra
 

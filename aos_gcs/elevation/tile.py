@@ -215,3 +215,18 @@ class BlockCache:
 def block_counts(tile: ElevationTile) -> tuple[int, int]:
     """Return how many blocks a tile has along its rows' and its columns' axis."""
     return math.ceil(tile.rows / BLOCK_CELLS), math.ceil(tile.columns / BLOCK_CELLS)
+
+
+def unwrapped(longitudes: NDArray[np.float64], about: float, turn: float = 360.0) -> NDArray[np.float64]:
+    """Return longitudes across the meridian where they end, within half a turn of another.
+
+    Those that are not finite stay as they are.
+
+    Args:
+        longitudes: longitudes in units of which a turn has so many.
+        about: longitude to be near to.
+        turn: a whole turn.
+    """
+    with np.errstate(invalid="ignore"):
+        turned = longitudes - turn * np.rint((longitudes - about) / turn)
+    return np.where(np.isfinite(turned), turned, longitudes)

@@ -11,8 +11,7 @@ from typing import Self
 from aos_gcs.mission.model.operation import SortieRecord
 from aos_gcs.mission.viewing import ViewControl
 from aos_gcs.ports import Clock, Worker
-from aos_gcs.runtime.recorded_settings import recorded_settings
-from aos_gcs.runtime.viewer import open_viewer
+from aos_gcs.runtime.viewer import open_viewer, recorded_settings
 from aos_gcs.store.operation import read_operation
 from aos_gcs.store.reader import MissionReader
 from aos_gcs.store.replay import MissionReplay

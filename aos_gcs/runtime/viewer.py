@@ -11,7 +11,9 @@ from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import ParamSpec, TypeVar
 
-from aos_gcs.errors import WorkerError
+from aos_gcs.config.file import parse_config
+from aos_gcs.config.settings import mission_settings
+from aos_gcs.errors import ConfigurationError, WorkerError
 from aos_gcs.groundmap.detection import Posture
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.viewing import (
@@ -25,9 +27,8 @@ from aos_gcs.mission.viewing import (
     ViewKind,
     ViewWindow,
 )
-from aos_gcs.planning.settings import AutofocusSettings
+from aos_gcs.planning.settings import AutofocusSettings, MissionSettings
 from aos_gcs.ports import ThreadWorker, Worker
-from aos_gcs.runtime.recorded_settings import recorded_settings
 from aos_gcs.runtime.searched_ground import make_ground_file
 from aos_gcs.runtime.step_views import ViewSource, describe_step, find_height, view_frame, view_step
 from aos_gcs.store.reader import MissionReader
@@ -120,3 +121,12 @@ def view_source(reader: MissionReader) -> ViewSource:
     if settings is None:
         return ViewSource(reader.folder, ImagingSettings(), AutofocusSettings().reach_m)
     return ViewSource(reader.folder, settings.imaging, settings.autofocus.reach_m)
+
+
+def recorded_settings(reader: MissionReader) -> MissionSettings | None:
+    """Return the settings that a recorded mission was flown with; None for a record of another version."""
+    configuration = reader.manifest().get("configuration")
+    try:
+        return mission_settings(parse_config(configuration if isinstance(configuration, dict) else {}))
+    except ConfigurationError:
+        return None

@@ -42,9 +42,9 @@ from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.planning.settings import Deadlines, FlightSettings, PreflightSettings
 from aos_gcs.ports import Clock, DriverContext, Fleet, Goto, LandedState
+from aos_gcs.process import settle_garbage
 from aos_gcs.runtime.api_start import ApiStart
 from aos_gcs.runtime.api_supervisor import open_api_process
-from aos_gcs.runtime.garbage import settle_garbage
 from aos_gcs.runtime.workers import ANALYSIS
 from aos_gcs.swarm.model import Observation
 from aos_gcs.swarm.registry import make_strategy

@@ -22,7 +22,7 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from aos_gcs.cli.threads import use_one_blas_thread
+from aos_gcs.process import use_one_blas_thread
 from tests.benchmarks.figures import ROWS_FILE
 
 FOLDER = Path(__file__).resolve().parent

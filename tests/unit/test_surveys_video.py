@@ -12,8 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from aos_gcs.errors import InputDataError
-from aos_gcs.surveys.video.attitude import Attitude
-from aos_gcs.surveys.video.subtitles import Sample, read_subtitle_file, samples_of
+from aos_gcs.surveys.video.subtitles import Attitude, Sample, read_subtitle_file, samples_of
 from aos_gcs.surveys.video.track import FlightTrack
 
 M30T = (

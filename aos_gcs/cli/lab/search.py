@@ -9,8 +9,8 @@ from typing import Annotated
 import typer
 
 from aos_gcs.cli.lab.effectiveness import parse_densities
-from aos_gcs.cli.threads import use_one_opencv_thread
 from aos_gcs.errors import ConfigurationError
+from aos_gcs.process import use_one_opencv_thread
 
 
 def search(

@@ -49,6 +49,16 @@ class Sample:
     zoom: float
 
 
+@dataclass(frozen=True, slots=True)
+class Attitude:
+    """Attitude of a camera whose gimbal's angles are not recorded, degrees; -90 is down."""
+
+    yaw_deg: float | None
+    """None: along the course."""
+    pitch_deg: float
+    roll_deg: float = 0.0
+
+
 def read_subtitle_file(path: Path) -> list[Sample]:
     """Read the telemetry of a SubRip file, in the order of its times; cues without a fix are left out.
 

@@ -15,9 +15,8 @@ from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.geometry.heights import SEA_LEVEL, AboveHomeM, AmslM, home_below_m
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.geotags.photo import R_cam2enu_of_gimbal
-from aos_gcs.surveys.video.attitude import Attitude
 from aos_gcs.surveys.video.jumps import without_jumps
-from aos_gcs.surveys.video.subtitles import Sample
+from aos_gcs.surveys.video.subtitles import Attitude, Sample
 
 MAX_GAP_S = 2.5
 """Longest time between two samples over which a pose is interpolated; older aircraft write one a second."""
