@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import cv2
@@ -14,17 +15,27 @@ GREY, COLOURS = ("grey",), ("red", "green", "blue")
 _SAMPLE_STEP_PX = 16
 
 
-def without_equal_bands(pixels: NDArray[Any]) -> NDArray[Any]:
+def without_equal_bands(pixels: NDArray[Any], tolerance: float = 0.0) -> NDArray[Any]:
     """Return the first channel, shape (H, W, 1), of an image whose three channels are all the same, else the image.
 
     As three bands it would be the same evidence three times.
+
+    Args:
+        pixels: the image, shape (H, W, C).
+        tolerance: difference of two channels that is none.
     """
     if pixels.shape[2] != 3:
         return pixels
     # Most pictures of colours differ in the first few pixels that are looked at.
-    sample = pixels[::_SAMPLE_STEP_PX, ::_SAMPLE_STEP_PX]
-    if not np.array_equal(sample[..., 1:], sample[..., :-1]):
+    if not _are_equal(cv2.split(pixels[::_SAMPLE_STEP_PX, ::_SAMPLE_STEP_PX]), tolerance):
         return pixels
     # Plane by plane: numpy compares along a very short axis many times as slowly.
-    first, *others = cv2.split(pixels)
-    return first[:, :, np.newaxis] if all(np.array_equal(first, other) for other in others) else pixels
+    planes = cv2.split(pixels)
+    return planes[0][:, :, np.newaxis] if _are_equal(planes, tolerance) else pixels
+
+
+def _are_equal(planes: Sequence[NDArray[Any]], tolerance: float) -> bool:
+    first, *others = planes
+    if tolerance == 0.0:
+        return all(np.array_equal(first, other) for other in others)
+    return all(cv2.absdiff(first, other).max() <= tolerance for other in others)

@@ -19,9 +19,10 @@ import pytest
 
 from aos_drivers.frames.errors import FrameRefusedError, LateFrameError
 from aos_drivers.frames.settings import CameraSettings, ImagePlace, SourceKind
-from aos_drivers.frames.stream.clock import SENDER_SIGMA_S
-from aos_drivers.frames.stream.receiver import KEPT_FRAMES, VideoReceiver
+from aos_drivers.frames.stream.clock import SENDER_SIGMA_S, FrameTime
+from aos_drivers.frames.stream.receiver import KEPT_FRAMES, StreamFrame, VideoReceiver
 from aos_gcs.clock import LoopClock
+from aos_gcs.equal_bands import COLOURS, GREY
 from tests.fakes.program import unused_port
 from tests.fakes.shutter_vehicle import PITCH_DEG, NoDownloads, ShutterVehicle, deadline_s, open_camera
 from tests.timing import scaled_s
@@ -72,13 +73,14 @@ def mpeg_ts(port: int) -> Callable[[threading.Event], None]:
 
 
 def encode(target: Any, kind: str, end: threading.Event, frames: int = 10_000) -> None:
-    """Send H.264 in real time, whose grey grows by 5 per frame; what the machine delays is caught up with."""
+    """Send H.264 in real time, whose red grows by 5 per frame; what the machine delays is caught up with."""
     began_s = time.monotonic()
     with av.open(target, "w", format=kind) as output:
         stream: Any = output.add_stream("libx264", rate=RATE_HZ, options={"preset": "ultrafast", "tune": "zerolatency"})
         stream.width, stream.height, stream.pix_fmt, stream.gop_size = WIDTH, HEIGHT, "yuv420p", 5
         for number in range(frames):
-            picture = av.VideoFrame.from_ndarray(np.full((HEIGHT, WIDTH, 3), number * 5 % 256, np.uint8), "rgb24")
+            pixels = np.full((HEIGHT, WIDTH, 3), (number * 5 % 256, 80, 160), np.uint8)
+            picture = av.VideoFrame.from_ndarray(pixels, "rgb24")
             for packet in stream.encode(picture):
                 output.mux(packet)
             if end.wait(max(0.0, began_s + (number + 1) / RATE_HZ - time.monotonic())):
@@ -159,12 +161,39 @@ async def test_rtp_gives_frames_with_the_senders_times_and_interpolated_poses(tm
     assert (state.source, state.frames) == ("video", captures)
 
 
+@pytest.mark.parametrize(
+    ("codec", "pixel_format"), [("libx264", "yuv420p"), ("mjpeg", "yuvj420p"), ("mpeg4", "yuv420p")]
+)
+@pytest.mark.parametrize("has_colours", [False, True])
+def test_a_thermal_cameras_stream_is_grey_whatever_its_pixel_format(
+    codec: str, pixel_format: str, has_colours: bool
+) -> None:
+    film, rng = io.BytesIO(), np.random.default_rng(3)
+    with av.open(film, "w", format="matroska") as output:
+        stream: Any = output.add_stream(codec, rate=RATE_HZ)
+        stream.width, stream.height, stream.pix_fmt = WIDTH, HEIGHT, pixel_format
+        for _ in range(5):
+            pixels = np.repeat(rng.integers(0, 200, (HEIGHT, WIDTH, 1)).astype(np.uint8), 3, axis=2)
+            pixels[20:28, 20:28, 0] += 50 if has_colours else 0
+            for packet in stream.encode(av.VideoFrame.from_ndarray(pixels, "rgb24")):
+                output.mux(packet)
+        for packet in stream.encode():
+            output.mux(packet)
+    film.seek(0)
+    with av.open(film) as recording:
+        frames = [StreamFrame(0, FrameTime(0.0, 0.0), picture) for picture in recording.decode(video=0)]
+        images = [frame.image() for frame in frames]
+    expected = ((HEIGHT, WIDTH, 3), COLOURS) if has_colours else ((HEIGHT, WIDTH, 1), GREY)
+    assert [(image.shape, bands) for image, bands in images] == [expected] * 5
+
+
 async def test_rtsp_is_negotiated_and_received() -> None:
     async with rtsp_server() as (address, methods), receiving(settings_of(address)) as (receiver, clock):
         await until(clock, lambda: receiver.first_since(-math.inf) is not None)
         frame = receiver.first_since(-math.inf)
     assert frame is not None
-    assert frame.image()[0].shape == (HEIGHT, WIDTH, 3)
+    image, bands = frame.image()
+    assert (image.shape, bands) == ((HEIGHT, WIDTH, 3), COLOURS)
     assert methods[:4] == ["OPTIONS", "DESCRIBE", "SETUP", "PLAY"]
 
 

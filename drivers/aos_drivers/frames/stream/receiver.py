@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from aos_drivers.frames.settings import CameraSettings
 from aos_drivers.frames.stream.clock import FrameTime, StreamClock
+from aos_gcs.equal_bands import COLOURS, GREY, without_equal_bands
 from aos_gcs.errors import CaptureError
 from aos_gcs.extras import load_extra
 from aos_gcs.ports import Clock
@@ -40,6 +41,8 @@ _PROTOCOLS = {
 """Protocols that FFmpeg may use for each kind of address, so that no stream leads it to files or other services."""
 _FORMATS = "rtsp,rtp,sdp,mpegts"
 """Formats that FFmpeg may read; no playlists, which name other addresses."""
+_CODED_COLOUR = 3
+"""Difference of two channels, in grey levels, that coding may add to a picture without colours: Motion JPEG adds 2."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,10 +56,14 @@ class StreamFrame:
     """``av.VideoFrame``."""
 
     def image(self) -> tuple[NDArray[np.uint8], tuple[str, ...]]:
-        """Return the image, shape (H, W, C), and its bands. Takes milliseconds: call it in a thread."""
+        """Return the image, shape (H, W, C), and its bands. Takes milliseconds: call it in a thread.
+
+        A picture without colours, as thermal cameras send them, is grey whatever its pixel format.
+        """
         if self.picture.format.name.startswith("gray"):
-            return self.picture.to_ndarray(format="gray")[..., np.newaxis], ("grey",)
-        return self.picture.to_ndarray(format="rgb24"), ("red", "green", "blue")
+            return self.picture.to_ndarray(format="gray")[..., np.newaxis], GREY
+        pixels = without_equal_bands(self.picture.to_ndarray(format="rgb24"), _CODED_COLOUR)
+        return pixels, GREY if pixels.shape[2] == 1 else COLOURS
 
 
 class VideoReceiver:
