@@ -1,21 +1,28 @@
-"""Looks at one body, pooled: what its latest verdicts and its form by all of them say together."""
+"""Looks at one body, pooled: what its latest verdicts and its form by all of them say together.
+
+A body behind leaves is out of view for longer than its track lives, and has another one when it comes into view again.
+So pools outlive the tracks of what stays where it is.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from aos_gcs.imaging.persons.decision import Verdict, pooled
+from aos_gcs.imaging.persons.decision import Verdict, pooled, telling
 from aos_gcs.imaging.persons.form import Form, FormSums
 from aos_gcs.mission.search.persons import Judgement
-from aos_gcs.mission.search.same_body import SAME_PLACE_M
+from aos_gcs.mission.search.same_body import PIECES_M, SAME_PLACE_M
 
 POOLED_SIGHTINGS = 20
 """Latest sightings of a target, with gaps or without, whose verdicts decide together what it is. Leaves may show an
 animal's bare parts alone for four of them; of ten, they made it a person."""
+MAX_FORMER = 100
+"""Bodies out of view whose pools are kept, the latest ones."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,3 +73,51 @@ def look_at(judgement: Judgement, track_enu_m: NDArray[np.float64]) -> Pool:
         return Pool((judgement.verdict,), track_enu_m, (), judgement.form_sums)
     place_enu_m = judgement.place.position_enu_m[:2]
     return Pool((judgement.verdict,), place_enu_m, (place_enu_m,), judgement.form_sums)
+
+
+class Pools:
+    """Pools of the bodies that are tracked, and of those whose tracks have ended."""
+
+    def __init__(self) -> None:
+        self._of_tracks: dict[int, Pool] = {}
+        self._stays: dict[int, bool] = {}
+        """Whether the body of each track more likely stays than walks."""
+        self._former: list[Pool] = []
+        """Those whose tracks have ended, the latest last."""
+
+    def get(self, track_id: int) -> Pool | None:
+        """Return the pool of a track; None if nothing was seen of it yet."""
+        return self._of_tracks.get(track_id)
+
+    def follow(self, stays: Mapping[int, bool]) -> None:
+        """Set the pools of tracks that have ended aside; those of bodies that walked go with them.
+
+        Args:
+            stays: whether its body more likely stays than walks, by the ids of the present tracks.
+        """
+        for track_id in sorted(self._of_tracks.keys() - stays.keys()):
+            pool = self._of_tracks.pop(track_id)
+            if self._stays.get(track_id, False) and telling(pool.verdicts):
+                self._former = [*self._former, pool][-MAX_FORMER:]
+        self._stays = dict(stays)
+
+    def add(self, track_id: int, look: Pool) -> None:
+        """Add a look at a track to those before it; a new track at a known body goes on with what is known of it.
+
+        Leaves cut a body in pieces: without this, each of its tracks would be judged anew by a few looks.
+        """
+        if (pool := self._of_tracks.get(track_id)) is not None:
+            self._of_tracks[track_id] = pool.extended(look)
+        elif (known := _nearest(look, list(self._of_tracks.values()))) is not None:
+            self._of_tracks[track_id] = known
+        elif (former := _nearest(look, self._former)) is not None:
+            self._former.remove(former)
+            self._of_tracks[track_id] = former.extended(look)
+        else:
+            self._of_tracks[track_id] = look
+
+
+def _nearest(look: Pool, pools: Sequence[Pool]) -> Pool | None:
+    """Return the pool of the body that a look is at, if it is one of these."""
+    near = [pool for pool in pools if pool.distance_m(look) <= PIECES_M]
+    return min(near, key=look.distance_m, default=None)

@@ -17,8 +17,8 @@ from aos_gcs.imaging.persons.decision import CLAIMED, DECISION, FORM_TOLD, Findi
 from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.mission.model.findings import ErrorEllipse, TargetEstimate
 from aos_gcs.mission.search.persons import Judgement
-from aos_gcs.mission.search.pool import Pool, look_at
-from aos_gcs.mission.search.same_body import PIECES_M, SAME_PLACE_M
+from aos_gcs.mission.search.pool import Pools, look_at
+from aos_gcs.mission.search.same_body import SAME_PLACE_M
 from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.tracking.tracker import Measurement, Track, Tracks, observe
 
@@ -70,7 +70,7 @@ class TargetTracker:
         """Latest decision about each track, where there is one, with its best place."""
         self._shown: dict[int, Verdict] = {}
         """Verdict on each track that the latest step marks, or at which it shows something warm."""
-        self._pools: dict[int, Pool] = {}
+        self._pools = Pools()
         """Verdicts on each track's body."""
         self._person_places: dict[int, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
         """Place and covariance of each track when a step last took it for a person."""
@@ -140,8 +140,7 @@ class TargetTracker:
     def judge(self, judgements: Mapping[int, Judgement]) -> None:
         """Take in what the tracks are taken for after a step, by their ids; without a result the former one stays."""
         before, self._judged, self._shown = self._judged, {}, {}
-        kept = {track.track_id for track in self._tracks.tracks}
-        self._pools = {track_id: pool for track_id, pool in self._pools.items() if track_id in kept}
+        self._pools.follow({track.track_id: track.walking_share <= 0.5 for track in self._tracks.tracks})
         self._take_in(judgements, before)
         in_view = [track for track in self._tracks.tracks if self._in_view(track.track_id) is not None]
         self._last_places |= {track.track_id: self._place(track) for track in in_view}
@@ -160,22 +159,11 @@ class TargetTracker:
             # Where nothing warm shows, only a mark tells that something else is there: leaves may hide it.
             if is_in_view or judgement.place is not None:
                 self._shown[track.track_id] = judgement.verdict
-                self._pool(track.track_id, look_at(judgement, track.position_enu_m))
+                self._pools.add(track.track_id, look_at(judgement, track.position_enu_m))
             stays = track.walking_share <= 0.5
             self._judged[track.track_id] = judgement if former is None or not stays else _updated(former, judgement)
             if judgement.verdict.kind is FindingKind.PERSON:
                 self._person_places[track.track_id] = self._place(track)
-
-    def _pool(self, track_id: int, look: Pool) -> None:
-        """Add a look at a track to those before it; a new track at a known body goes on with what is known of it.
-
-        Leaves cut a body in pieces: without this, each of its tracks would be judged anew by a few looks.
-        """
-        if (pool := self._pools.get(track_id)) is not None:
-            self._pools[track_id] = pool.extended(look)
-            return
-        known = [other for other in self._pools.values() if other.distance_m(look) <= PIECES_M]
-        self._pools[track_id] = min(known, key=look.distance_m, default=look)
 
     def latest_verdict(self, track_id: int) -> Verdict | None:
         """Return the decision about a track that the latest step marks, or shows something warm at; else None.
