@@ -15,7 +15,7 @@ from aos_gcs.api.app import create_app
 from aos_gcs.errors import MissionError
 from aos_gcs.exports.finding_files import PlacedFinding, to_geojson, to_gpx, to_kml
 from aos_gcs.geometry.geodesy import EnuPoint, GeodeticPosition
-from aos_gcs.imaging.persons.decision import FindingKind
+from aos_gcs.imaging.persons.decision import CLAIMED, FindingKind
 from aos_gcs.mission.model.findings import ErrorEllipse, Finding, FindingChange, FindingStatus, TargetEstimate
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.search.findings import MAX_FINDINGS, Findings
@@ -85,6 +85,10 @@ def test_two_targets_apart_are_two_findings() -> None:
         (("person", "person"), 3.2, 5.0, 2),
         (("person", "warm_object"), 1.2, 0.7, 2),
         (("person", "warm_object"), 0.3, 0.05, 1),
+        (("undecided", "person"), 0.3, 0.05, 1),
+        (("undecided", "person"), 1.2, 0.05, 1),
+        (("warm_object", "person"), 0.3, 0.05, 2),
+        (("animal", "anomaly"), 0.3, 0.05, 2),
     ],
 )
 def test_targets_that_may_be_one_body_are_one_finding(
@@ -95,8 +99,10 @@ def test_targets_that_may_be_one_body_are_one_finding(
         replace(target(number, east_m), sigma_m=sigma_m, kind=FindingKind(kind))
         for number, east_m, kind in ((1, 0.0, kinds[0]), (2, away_m, kinds[1]))
     ]
-    findings.observe(seen, 1, 1.0)
-    assert len(findings.all()) == count
+    for step in (1, 2):
+        findings.observe(seen, step, float(step))
+        assert len(findings.all()) == count
+        assert bool(findings.persons()) == bool(CLAIMED.intersection(kinds)), "what was announced is in the list"
 
 
 def test_a_second_track_gets_a_finding_once_it_is_something_else() -> None:
@@ -105,6 +111,17 @@ def test_a_second_track_gets_a_finding_once_it_is_something_else() -> None:
     assert findings.claimed_at(other, {1, 2}) is findings.all()[0]
     (new,) = findings.observe([person, replace(other, kind=FindingKind.WARM_OBJECT)], 2, 2.0)
     assert (new.finding_id, new.kind) == (2, FindingKind.WARM_OBJECT)
+
+
+def test_a_finding_follows_the_track_that_was_announced_and_leaves_its_own_one_alone() -> None:
+    """The kind stayed with a boar whose track was near a person's for a moment (seed 416106)."""
+    findings, boar, person = Findings(), target(1), replace(target(2, 1.2), kind=FindingKind.PERSON)
+    findings.observe([boar], 1, 1.0)
+    findings.observe([boar, person], 2, 2.0)
+    person = replace(person, seen_at_s=12.0)
+    findings.observe([replace(boar, position_enu_m=(-6.0, 5.0, 0.0), kind=FindingKind.ANIMAL), person], 3, 3.0)
+    kinds = {finding.track_id: (finding.kind, finding.position_enu_m[0]) for finding in findings.all()}
+    assert kinds == {2: (FindingKind.PERSON, 1.2), 1: (FindingKind.ANIMAL, -6.0)}
 
 
 def test_what_is_decided_stays_until_there_is_another_decision() -> None:

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from aos_gcs.errors import MissionError
 from aos_gcs.geometry.geodesy import EnuPoint
-from aos_gcs.imaging.persons.decision import FindingKind
+from aos_gcs.imaging.persons.decision import CLAIMED, FindingKind
 from aos_gcs.imaging.step.judgement import SETTLED_M
 from aos_gcs.mission.model.findings import Finding, FindingChange, FindingStatus, TargetEstimate
 from aos_gcs.mission.search.same_body import (
@@ -84,15 +84,19 @@ class Findings:
             step: step that has shown them.
             now_s: mission time.
         """
-        known = {finding.track_id: finding for finding in self._findings.values() if finding.track_id is not None}
         living = {target.track_id for target in targets}
         new = []
         for target in targets:
             if not target.confirmed:
                 continue
-            finding = known.get(target.track_id) or self._seen_again(target, living)
+            finding = self._of_track(target.track_id) or self._seen_again(target, living)
+            if finding is None and (whole := self._whole(target)) is not None:
+                if target.kind not in CLAIMED or whole.is_claimed:
+                    continue
+                # What was announced must be in the list; what the other track turns out to be may be something else.
+                finding = whole
             if finding is None:
-                if len(self._findings) >= MAX_FINDINGS or self._is_part(target):
+                if len(self._findings) >= MAX_FINDINGS:
                     continue
                 finding = self._make(target.position_enu_m, step, now_s)
                 new.append(finding.finding_id)
@@ -172,19 +176,28 @@ class Findings:
         finding_id = len(self._findings) + 1
         return Finding(finding_id, FindingStatus.NEW, position_enu_m, found_at_s=now_s, seen_at_s=now_s, step=step)
 
-    def _is_part(self, target: TargetEstimate) -> bool:
-        """Return whether a target is a second track of the body of a finding that is still followed.
+    def _of_track(self, track_id: int) -> Finding | None:
+        """Return the finding that follows a track."""
+        return next((finding for finding in self._findings.values() if finding.track_id == track_id), None)
 
-        It gets a finding of its own as soon as it is taken for something else.
+    def _whole(self, target: TargetEstimate) -> Finding | None:
+        """Return the finding, still followed, of whose body a target is a second track; None if there is none.
+
+        It gets a finding of its own as soon as it is taken for something else. One that is announced while the finding
+        is not decided is followed from then on.
         """
-        return any(finding.track_id is not None and is_one(finding, target) for finding in self._findings.values())
+        for finding in self._findings.values():
+            is_other = target.kind in CLAIMED and finding.kind not in {FindingKind.UNDECIDED, target.kind}
+            if finding.track_id is not None and is_one(finding, target) and not is_other:
+                return finding
+        return None
 
     def _followed_by(self, target: TargetEstimate) -> int | None:
         """Return the id of the finding that a target belongs to, by its track."""
-        for finding in self._findings.values():
-            if finding.track_id == target.track_id:
-                return finding.finding_id if finding.merged_into is None else finding.merged_into
-        return None
+        own = self._of_track(target.track_id)
+        if own is None:
+            return None
+        return own.finding_id if own.merged_into is None else own.merged_into
 
     def _seen_again(self, target: TargetEstimate, living: set[int]) -> Finding | None:
         """Return the nearest finding at the target's place whose own target is lost, or that an earlier sortie has."""
