@@ -210,6 +210,25 @@ def test_what_most_vehicles_see_to_be_no_person_needs_no_longer_look(*, sure: bo
     assert journal.texts[0].startswith("Warm object?") if sure else journal.texts == []
 
 
+@pytest.mark.parametrize(
+    ("probability", "at_once", "in_the_end"), [(0.9, True, True), (0.75, False, True), (0.55, False, False)]
+)
+def test_a_person_of_whom_the_looks_are_less_sure_is_announced_once_the_look_is_over(
+    probability: float, at_once: bool, in_the_end: bool
+) -> None:
+    follower, journal = Follower(), Notices()
+    claims = Claims(SETTINGS.detection, journal, follower.tracker, Findings())
+    follower.verdict = Verdict(FindingKind.PERSON, probability, ())
+    steps = SETTINGS.detection.look_steps
+    for step in range(1, steps + 1):
+        follower.observe(seen(5.0, 20.0))
+        claims.announce()
+        assert claims.is_look_over() is (step == steps)
+    assert bool(journal.texts) is at_once
+    claims.settle_target()
+    assert any(text.startswith("Possible person") for text in journal.texts) is in_the_end
+
+
 def test_operators_are_told_once_that_more_looks_make_an_announced_person_unlikely() -> None:
     follower, journal = Follower(), Notices()
     claims = Claims(SETTINGS.detection, journal, follower.tracker, Findings())

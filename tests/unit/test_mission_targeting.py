@@ -62,14 +62,22 @@ def test_what_is_no_person_is_never_agreed_to_be_one(kind: FindingKind) -> None:
     assert not follower.agrees()
 
 
-@pytest.mark.parametrize(("second", "is_person"), [(0.3, True), (0.0, False)])
-def test_several_sightings_decide_together(second: float, is_person: bool) -> None:
+@pytest.mark.parametrize(
+    ("second", "kind", "is_announced"),
+    [(0.5, FindingKind.PERSON, True), (0.3, FindingKind.PERSON, False), (0.0, FindingKind.WARM_OBJECT, False)],
+)
+def test_several_sightings_decide_together(second: float, kind: FindingKind, is_announced: bool) -> None:
+    """A person who is less sure than 80 % is announced once the look is over."""
     follower = Follower()
     for probability in (0.9, second, 0.9):
-        kind = FindingKind.PERSON if probability >= DECISION else FindingKind.WARM_OBJECT
-        follower.verdict = Verdict(kind, probability, ())
+        single = FindingKind.PERSON if probability >= DECISION else FindingKind.WARM_OBJECT
+        follower.verdict = Verdict(single, probability, ())
         follower.observe(seen(5.0, 20.0))
-    assert follower.agrees() is is_person
+    (track_id,) = follower.tracker.places_enu_m()
+    verdict = follower.tracker.verdict(track_id)
+    assert verdict is not None
+    assert verdict.kind is kind
+    assert follower.agrees() is is_announced
 
 
 def test_a_person_whom_leaves_hide_most_of_the_time_is_announced_by_its_warmth() -> None:

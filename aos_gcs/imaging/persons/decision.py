@@ -26,8 +26,10 @@ from aos_gcs.imaging.persons.kinds import log_ratio
 DECISION = 0.5
 """Probability from which a body counts as a person."""
 TOGETHER = 0.6
-"""Probability from which several looks together are of a person: of a hot stone that is looked at for minutes, the
-worst moment counts, and half a chance in each of them is not enough."""
+"""Probability from which several looks together are of a person, once the look at it is over."""
+AT_ONCE = 0.8
+"""Probability from which a person is announced before that: of a hot stone or an animal that is looked at for minutes,
+the worst moment counts."""
 SURELY_OTHER = 0.01
 """Probability up to which a body that most vehicles see needs no longer look."""
 MOST = 0.6

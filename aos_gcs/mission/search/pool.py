@@ -19,8 +19,8 @@ from aos_gcs.mission.search.persons import Judgement
 from aos_gcs.mission.search.same_body import PIECES_M, SAME_PLACE_M
 
 POOLED_SIGHTINGS = 20
-"""Latest sightings of a target, with gaps or without, whose verdicts decide together what it is. Leaves may show an
-animal's bare parts alone for four of them; of ten, they made it a person."""
+"""Latest sightings of a target that tell what it is, with gaps or without, whose verdicts decide together. Leaves may
+show an animal's bare parts alone for four of them; of ten, they made it a person."""
 MAX_FORMER = 100
 """Bodies out of view whose pools are kept, the latest ones."""
 
@@ -61,7 +61,7 @@ class Pool:
             return latest
         return replace(
             latest,
-            verdicts=(*self.verdicts, *latest.verdicts)[-POOLED_SIGHTINGS:],
+            verdicts=(*telling(self.verdicts), *latest.verdicts)[-POOLED_SIGHTINGS:],
             warm_enu_m=(*self.warm_enu_m, *latest.warm_enu_m)[-POOLED_SIGHTINGS:],
             form_sums=latest.form_sums if is_elsewhere else self.form_sums + latest.form_sums,
         )

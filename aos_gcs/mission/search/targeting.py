@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from aos_gcs.geometry.geodesy import EnuPoint
 from aos_gcs.imaging.geolocation import Geolocation, locate_together
 from aos_gcs.imaging.model import FocalGrid, StepAnalysis
-from aos_gcs.imaging.persons.decision import CLAIMED, DECISION, FORM_TOLD, FindingKind, Verdict, telling
+from aos_gcs.imaging.persons.decision import AT_ONCE, CLAIMED, DECISION, FORM_TOLD, FindingKind, Verdict, telling
 from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.mission.model.findings import ErrorEllipse, TargetEstimate
 from aos_gcs.mission.search.persons import Judgement
@@ -220,12 +220,13 @@ class TargetTracker:
         """Return whether the latest sightings of a track agree: together they are of a person, all in one place.
 
         They agree on one place when they lie about their mean, or on one path when each lies where the track predicted
-        it. A warm body that stays may show between them, too. A person needs as many looks that count as evidence.
+        it. A warm body that stays may show between them, too. A person needs as many looks that count as evidence, and
+        to be so sure that no more of them are awaited.
         Without temperatures each must be an anomaly, and none of the steps between may lack one.
         """
         latest, verdict = list(self._seen.get(track_id, ())), self.verdict(track_id)
         if verdict is not None and verdict.kind is FindingKind.PERSON:
-            if not self._is_looked_at_enough(track_id):
+            if (verdict.probability or 0.0) < AT_ONCE or not self._is_looked_at_enough(track_id):
                 return False
             if self._stays_warm(track_id):
                 return True
