@@ -262,3 +262,19 @@ def test_an_announced_person_stays_where_it_was_when_its_track_goes_on_to_someth
     assert estimate.kind is FindingKind.PERSON
     assert estimate.position_enu_m[:2] == pytest.approx((5.0, 20.0), abs=0.2)
     assert follower.tracker.places_enu_m()[estimate.track_id][0] > 6.0
+
+
+def test_an_announced_person_does_not_go_over_to_another_body_that_a_look_takes_for_one() -> None:
+    """Its track went on to a stone as warm as clothes, 5 m off, and the list had a second person there."""
+    tracker, journal = TargetTracker(SETTINGS), Notices()
+    claims = Claims(SETTINGS.detection, journal, tracker, Findings())
+    for step in range(8):
+        east_m = 5.0 if step < 6 else 10.0
+        place = Geolocation(np.array([east_m, 20.0, 0.0]), 0.1 * np.eye(3), 0.1 * np.eye(3))
+        tracker.observe(analysis(seen(5.0, 20.0)), STEP_S * (step + 1))
+        judgement = Judgement(Verdict(FindingKind.PERSON, 0.9, ()), place)
+        tracker.judge(dict.fromkeys(tracker.places_enu_m(), judgement))
+        claims.announce()
+    (estimate,) = tracker.estimates()
+    assert estimate.kind is FindingKind.PERSON
+    assert estimate.position_enu_m[0] == pytest.approx(5.0, abs=0.5)

@@ -288,11 +288,12 @@ class TargetTracker:
         An announced person stays where it was last taken for one, when its track goes on to something else. A walking
         target that is out of view is given where it was last seen: where its track goes on to, nobody has seen it.
         """
-        judgement = self._judged.get(track.track_id)
-        if judgement is not None and self._kinds.get(track.track_id) is FindingKind.PERSON:
-            is_other = judgement.verdict.probability is not None and judgement.verdict.kind is not FindingKind.PERSON
-            if is_other and track.track_id in self._person_places:
-                return self._person_places[track.track_id]
+        judgement, known = self._judged.get(track.track_id), self._person_places.get(track.track_id)
+        if judgement is not None and known is not None and self._kinds.get(track.track_id) is FindingKind.PERSON:
+            verdict = judgement.verdict
+            is_other = verdict.probability is not None and verdict.kind is not FindingKind.PERSON
+            if is_other or (track.walking_share <= 0.5 and _is_elsewhere(judgement.place, known[0])):
+                return known
         if judgement is not None and judgement.place is not None and track.walking_share <= 0.5:
             return judgement.place.position_enu_m, judgement.place.covariance_m2[:2, :2]
         if self._in_view(track.track_id) is None and track.track_id in self._last_places:
@@ -319,6 +320,11 @@ def _updated(former: Judgement, latest: Judgement) -> Judgement:
         if is_better or away_m > SAME_PLACE_M:
             return latest
     return replace(latest, place=former.place)
+
+
+def _is_elsewhere(place: Geolocation | None, known_enu_m: NDArray[np.float64]) -> bool:
+    """Return whether a warm body is not where one is known to be, shape (3,), and so another one."""
+    return place is not None and float(np.linalg.norm(place.position_enu_m[:2] - known_enu_m[:2])) > SAME_PLACE_M
 
 
 def _variance_m2(place: Geolocation) -> float:
