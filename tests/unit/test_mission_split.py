@@ -11,19 +11,21 @@ import pytest
 from aos_gcs.airspace.limits import UNLIMITED
 from aos_gcs.airspace.plans import TrafficSituation
 from aos_gcs.errors import ConfigurationError
-from aos_gcs.imaging.persons.decision import FindingKind
+from aos_gcs.imaging.persons.decision import FindingKind, Verdict
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.model.decisions import Group, Situation, SwarmPlace
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.search.claims import Claims
 from aos_gcs.mission.search.deciding import Decider
 from aos_gcs.mission.search.findings import Findings
+from aos_gcs.mission.search.persons import Judgement
 from aos_gcs.mission.search.progress import ScanProgress
 from aos_gcs.mission.search.split import Split, begin_split, places_of_both
 from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.search_settings import SearchMode, SearchSettings
 from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.ports import Severity
+from tests.fakes.notices import Notices
 from tests.fakes.target_sightings import analysis, seen
 
 LINE_M = 4.2
@@ -265,6 +267,23 @@ def test_what_comes_into_view_beside_a_watched_person_gets_a_look_of_its_own(
         decider.tracker.settle(1, kind)
     assert [target.track_id for target in decider.tracker.estimates()] == [1]
     assert phase is following
+
+
+@pytest.mark.parametrize(("probability", "is_announced"), [(0.7, True), (0.5, False)])
+def test_a_person_whose_look_the_end_of_the_search_cuts_short_is_announced(
+    probability: float, is_announced: bool
+) -> None:
+    heard = Notices()
+    decider = Decider(settings(10), heard, Findings(), forget=lambda: None, covered_fraction=lambda: None)
+    decider.progress.plan(on_leg().legs)
+    judgement, phase = Judgement(Verdict(FindingKind.PERSON, probability, ())), Phase.CONVERGE
+    over_s = settings(10).deadlines.search_s
+    for now_s in (over_s - 8.0, over_s - 6.0, over_s - 4.0, over_s - 2.0, over_s + 1.0):
+        traffic = replace(in_line(10), now_s=now_s)
+        phase = decider.decide(Phase.CONVERGE, traffic, traffic.traffic.detours(), analysis(seen(8.0, 60.0))).following
+        decider.conclude(phase, dict.fromkeys(decider.tracker.places_enu_m(), judgement))
+    assert phase is Phase.RETURN
+    assert any(text.startswith("Possible person (70 %)") for text in heard.texts) is is_announced
 
 
 @pytest.mark.parametrize("looking", [1, 101])

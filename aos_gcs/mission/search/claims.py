@@ -218,8 +218,8 @@ class Claims:
         if self._tracker.blob_enu_m is not None:
             self._looks.leave(self._tracker.blob_enu_m)
 
-    def conclude_lost(self) -> None:
-        """Decide about a target that was lost, if it was a person when it was last seen; it may be looked at again."""
+    def conclude_cut_short(self) -> None:
+        """Announce a target whose look ends too early, if it was a person when last seen; others get another look."""
         target = self._tracker.estimate()
         verdict = None if target is None else self._tracker.verdict(target.track_id)
         if target is not None and verdict is not None and verdict.kind is FindingKind.PERSON:

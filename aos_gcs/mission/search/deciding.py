@@ -310,6 +310,7 @@ class Decider:
         if phase is Phase.FOUND:
             return self._watch()
         if situation.now_s > self._settings.deadlines.search_s:
+            self._claims.conclude_cut_short()
             self._journal.notice(Severity.WARNING, "Maximum search time reached: all vehicles return")
             return Phase.RETURN
         if in_view:
@@ -360,7 +361,7 @@ class Decider:
             is_worth_it = self._claims.is_worth_a_search()
             if is_worth_it and self.tracker.steps_out_of_view < self._settings.detection.reacquire_steps:
                 return Phase.SCAN
-            self._claims.conclude_lost()
+            self._claims.conclude_cut_short()
             self.tracker.give_up()
             self._forget()
             return self._return_to_leg(is_settled=not is_worth_it)
