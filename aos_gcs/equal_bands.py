@@ -36,6 +36,4 @@ def without_equal_bands(pixels: NDArray[Any], tolerance: float = 0.0) -> NDArray
 
 def _are_equal(planes: Sequence[NDArray[Any]], tolerance: float) -> bool:
     first, *others = planes
-    if tolerance == 0.0:
-        return all(np.array_equal(first, other) for other in others)
     return all(cv2.absdiff(first, other).max() <= tolerance for other in others)

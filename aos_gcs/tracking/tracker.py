@@ -115,6 +115,11 @@ class Track:
         return float(self.motion.shares[WALKING])
 
     @property
+    def stays(self) -> bool:
+        """Whether the target more likely stays than walks."""
+        return self.walking_share <= 0.5
+
+    @property
     def covariance_m2(self) -> NDArray[np.float64]:
         """Covariance of the position, shape (2, 2).
 
@@ -190,7 +195,7 @@ def _assign(tracks: Sequence[Track], measurements: Sequence[Measurement], settin
 
 
 def _has_stayed(track: Track) -> bool:
-    return track.hits > 1 and track.walking_share <= 0.5
+    return track.hits > 1 and track.stays
 
 
 def _begun(track_id: int, measurement: Measurement, now_s: float, settings: TrackingSettings) -> Track:

@@ -90,7 +90,7 @@ class TargetTracker:
     @property
     def target_walks(self) -> bool:
         """Whether the target more likely moves than stays."""
-        return self._target is not None and self._target.walking_share > 0.5
+        return self._target is not None and not self._target.stays
 
     def observe(self, analysis: StepAnalysis, now_s: float, ground: Terrain | None = None) -> bool:
         """Update the tracks by a step's analysis and return whether a target is in view; settled places have none.
@@ -140,7 +140,7 @@ class TargetTracker:
     def judge(self, judgements: Mapping[int, Judgement]) -> None:
         """Take in what the tracks are taken for after a step, by their ids; without a result the former one stays."""
         before, self._judged, self._shown = self._judged, {}, {}
-        self._pools.follow({track.track_id: track.walking_share <= 0.5 for track in self._tracks.tracks})
+        self._pools.follow({track.track_id: track.stays for track in self._tracks.tracks})
         self._take_in(judgements, before)
         in_view = [track for track in self._tracks.tracks if self._in_view(track.track_id) is not None]
         self._last_places |= {track.track_id: self._place(track) for track in in_view}
@@ -160,8 +160,9 @@ class TargetTracker:
             if is_in_view or judgement.place is not None:
                 self._shown[track.track_id] = judgement.verdict
                 self._pools.add(track.track_id, look_at(judgement, track.position_enu_m))
-            stays = track.walking_share <= 0.5
-            self._judged[track.track_id] = judgement if former is None or not stays else _updated(former, judgement)
+            self._judged[track.track_id] = (
+                judgement if former is None or not track.stays else _updated(former, judgement)
+            )
             if judgement.verdict.kind is FindingKind.PERSON:
                 self._person_places[track.track_id] = self._place(track)
 
@@ -292,9 +293,9 @@ class TargetTracker:
         if judgement is not None and known is not None and self._kinds.get(track.track_id) is FindingKind.PERSON:
             verdict = judgement.verdict
             is_other = verdict.probability is not None and verdict.kind is not FindingKind.PERSON
-            if is_other or (track.walking_share <= 0.5 and _is_elsewhere(judgement.place, known[0])):
+            if is_other or (track.stays and _is_elsewhere(judgement.place, known[0])):
                 return known
-        if judgement is not None and judgement.place is not None and track.walking_share <= 0.5:
+        if judgement is not None and judgement.place is not None and track.stays:
             return judgement.place.position_enu_m, judgement.place.covariance_m2[:2, :2]
         if self._in_view(track.track_id) is None and track.track_id in self._last_places:
             return self._last_places[track.track_id]
@@ -316,8 +317,7 @@ def _updated(former: Judgement, latest: Judgement) -> Judgement:
         return latest
     if latest.place is not None:
         is_better = _variance_m2(latest.place) <= _WORSE * _variance_m2(former.place)
-        away_m = np.linalg.norm(latest.place.position_enu_m[:2] - former.place.position_enu_m[:2])
-        if is_better or away_m > SAME_PLACE_M:
+        if is_better or _is_elsewhere(latest.place, former.place.position_enu_m):
             return latest
     return replace(latest, place=former.place)
 
