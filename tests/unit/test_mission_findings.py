@@ -114,7 +114,7 @@ def test_a_second_track_gets_a_finding_once_it_is_something_else() -> None:
 
 
 def test_a_finding_follows_the_track_that_was_announced_and_leaves_its_own_one_alone() -> None:
-    """The kind stayed with a boar whose track was near a person's for a moment (seed 416106)."""
+    """A kind that a finding only takes over would stay with a boar whose track was near a person's for a moment."""
     findings, boar, person = Findings(), target(1), replace(target(2, 1.2), kind=FindingKind.PERSON)
     findings.observe([boar], 1, 1.0)
     findings.observe([boar, person], 2, 2.0)

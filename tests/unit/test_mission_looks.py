@@ -265,7 +265,7 @@ def test_an_announced_person_stays_where_it_was_when_its_track_goes_on_to_someth
 
 
 def test_an_announced_person_does_not_go_over_to_another_body_that_a_look_takes_for_one() -> None:
-    """Its track went on to a stone as warm as clothes, 5 m off, and the list had a second person there."""
+    """Were a stone as warm as clothes, 5 m off, its place, the list would have a second person there."""
     tracker, journal = TargetTracker(SETTINGS), Notices()
     claims = Claims(SETTINGS.detection, journal, tracker, Findings())
     for step in range(8):
