@@ -74,9 +74,8 @@ class Coordinator:
 
         ``imaging`` analyses its images, None: in threads of this process; ``former`` is a flight to take up;
         ``unrestored`` are the return settings that vehicles had before a mission that did not restore them, by id;
-        ``following`` is what the former sortie has left, None for the first one;
-        ``ground``: where the map of searched ground is kept, None: nowhere;
-        ``pictures``: whether to render what operators look at.
+        ``following`` is what the former sortie has left, None for the first one; ``ground``: where the map of searched
+        ground is kept, None: nowhere; ``pictures``: whether to render what operators look at.
         """
         self.auto_start = AutoStart(journal, is_on=settings.auto_start)
         self._context = MissionContext(
@@ -132,6 +131,7 @@ class Coordinator:
             gallery=self._gallery,
             findings=self._findings,
             ground=self._ground,
+            left_for_later=() if self._following is None else self._following.left_for_later,
             focus_override_m=focus_override_m,
         )
 
@@ -275,8 +275,8 @@ class Coordinator:
     def _next_sortie(self) -> NextSortie:
         frame, settings = self._context.roster.frame, self.sortie.context.settings
         origin = None if frame is None else frame.origin
-        found, former, progress = self._findings.all(), self._following, self.sortie.search.decider.progress
-        return next_sortie(self._mission_id, settings, origin, progress, findings=found, former=former)
+        found, former, decider = self._findings.all(), self._following, self.sortie.search.decider
+        return next_sortie(self._mission_id, settings, origin, decider, findings=found, former=former)
 
     @property
     def is_any_flying(self) -> bool:

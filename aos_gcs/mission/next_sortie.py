@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.mission.model.decisions import LeftPlace
 from aos_gcs.mission.model.findings import Finding
-from aos_gcs.mission.search.progress import ScanProgress
+from aos_gcs.mission.search.deciding import Decider
 from aos_gcs.planning.remaining import remaining_area
 from aos_gcs.planning.settings import MissionSettings
 
@@ -29,6 +30,8 @@ class NextSortie:
     """Identifier of the operation: that of its first mission."""
     text: str
     """What is proposed, for operators."""
+    left_for_later: tuple[LeftPlace, ...] = ()
+    """Places that were in view and not looked at."""
     folder: Path | None = None
     """Folder of the former sortie's record; None: beside that of this one."""
 
@@ -37,7 +40,7 @@ def next_sortie(
     mission_id: str,
     settings: MissionSettings,
     origin: GeodeticPosition | None,
-    progress: ScanProgress,
+    decider: Decider,
     *,
     findings: Sequence[Finding],
     former: NextSortie | None,
@@ -48,11 +51,11 @@ def next_sortie(
         mission_id: identifier of that mission.
         settings: settings that it has flown by.
         origin: origin of its frame, which the next one shares, as findings and areas are in it.
-        progress: progress of its scan.
+        decider: progress of its scan, and what it has left for later.
         findings: its findings, those of former sorties included.
         former: what it has begun with; None for the first sortie.
     """
-    passes = settings.search.passes
+    progress, passes, left = decider.progress, settings.search.passes, decider.choice.left_for_later
     area_enu_m = remaining_area(settings.area_enu_m, progress.planned_legs, progress.leg, progress.along_m, passes)
     text = "The area is searched: it is proposed again."
     if area_enu_m is not None:
@@ -61,6 +64,9 @@ def next_sortie(
             text = "The whole area is proposed: no leg of it was flown to its end."
             if passes > 1:
                 text = "The whole area is proposed: no leg of its last pass was flown to its end."
+    if left:
+        places = "1 place" if len(left) == 1 else f"{len(left)} places"
+        text += f" What is left for later, {places}, is looked at behind the last leg if the geofence allows it."
     return NextSortie(
         settings=replace(
             settings,
@@ -73,6 +79,7 @@ def next_sortie(
         number=2 if former is None else former.number + 1,
         operation=mission_id if former is None else former.operation,
         text=text,
+        left_for_later=left,
     )
 
 

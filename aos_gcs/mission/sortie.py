@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Coroutine, Mapping
+from collections.abc import Callable, Coroutine, Mapping, Sequence
 from typing import Any
 
 from aos_gcs.mission.context import MissionContext
@@ -11,6 +11,7 @@ from aos_gcs.mission.fleet.relay import Relay
 from aos_gcs.mission.fleet.return_and_land import ReturnAndLand
 from aos_gcs.mission.fleet.vehicle_tasks import VehicleTasks
 from aos_gcs.mission.launch import Launch
+from aos_gcs.mission.model.decisions import LeftPlace
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.preflight.inspection import Inspector
 from aos_gcs.mission.preflight.overrides import Overrides
@@ -33,6 +34,7 @@ class Sortie:
         gallery: shows the pictures.
         findings: findings of the mission.
         ground: map of the searched ground.
+        left_for_later: places that the former sortie has left for later.
         focus_override_m: focal height that the operator has set; None leaves it to the program.
     """
 
@@ -46,6 +48,7 @@ class Sortie:
         gallery: Gallery,
         findings: Findings,
         ground: GroundMapping,
+        left_for_later: Sequence[LeftPlace] = (),
         focus_override_m: float | None = None,
     ) -> None:
         context = self.context = mission.flight_context(settings)
@@ -53,6 +56,7 @@ class Sortie:
         self.launch = Launch(context, self.overrides, inspector, mission.auto_start)
         self.vision = Vision(context, mission.recorder, focus_override_m)
         self.search = Search(context, mission, gallery, self.vision, findings, ground=ground)
+        self.search.decider.choice.take_up(left_for_later)
         self.return_and_land = ReturnAndLand(context, vehicle_tasks)
         self.joining = Joining(context, vehicle_tasks, inspector, self.launch.check_one)
         self.relay = Relay(context, self.joining, self.return_and_land, search_left_s=self.search.time_left_s)

@@ -15,7 +15,7 @@ from aos_gcs.store.reader import MissionReader
 
 
 def continued_sortie(config: ServiceConfig, folder: Path) -> NextSortie:
-    """Return the beginning of a sortie by a configuration that continues the map and the findings of a mission.
+    """Return the beginning of a sortie by a configuration that continues a mission: its map, findings and looks.
 
     Args:
         config: configuration of the sortie.
@@ -44,6 +44,7 @@ def continued_sortie(config: ServiceConfig, folder: Path) -> NextSortie:
     return NextSortie(
         settings=replace(settings, origin=ground.origin),
         findings=() if last is None else carried_findings(last.findings, mission_id),
+        left_for_later=() if last is None else last.left_for_later,
         former_id=mission_id,
         number=(number if isinstance(number, int) else 1) + 1,
         operation=operation if isinstance(operation, str) else mission_id,

@@ -20,7 +20,7 @@ from aos_gcs.mission.coordinator import Coordinator
 from aos_gcs.mission.former_flight import FormerFlight
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal, Recorder
-from aos_gcs.mission.model.actions import ActionRecord
+from aos_gcs.mission.model.actions import Action, ActionRecord
 from aos_gcs.mission.model.checks import PreflightCheck
 from aos_gcs.mission.model.decisions import ConclusionRecord, DecisionRecord, SearchRecord
 from aos_gcs.mission.model.events import Event
@@ -258,3 +258,14 @@ def take_over(vehicle: FakeVehicle, mode: FlightMode = FlightMode.HOLD) -> int:
 
 def lose(vehicle: FakeVehicle) -> None:
     vehicle.silent_since_s = vehicle.clock.now_s()
+
+
+async def ask_for_another(flight: Flight) -> NextSortie:
+    """Ask for a new sortie after the end of a mission, as the service waits for it, and return its beginning."""
+    async with flight.journal.recorded(flight.recorder):
+        staying = asyncio.create_task(flight.mission.stay())
+        await flight.clock.sleep(1.0)
+        await flight.commands.act(Action.NEW_SORTIE, None, operator="Ada")
+        following = await staying
+    assert following is not None
+    return following

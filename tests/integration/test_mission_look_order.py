@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
-from aos_gcs.airspace.limits import UNLIMITED
+from aos_gcs.airspace.limits import UNLIMITED, SafetyOverrides
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.findings import FindingChange, FindingStatus
 from aos_gcs.mission.model.phase import Outcome, Phase
@@ -15,7 +16,7 @@ from aos_gcs.planning.settings import Deadlines, DetectionSettings
 from aos_gcs.runtime.verification import Verification, verify_mission
 from aos_gcs.runtime.virtual_time import run as run_virtually
 from aos_gcs.store.reader import MissionReader
-from tests.fakes.mission_flight import EXACT, Flight, flying, prepare
+from tests.fakes.mission_flight import EXACT, Flight, ask_for_another, flying, prepare
 from tests.fakes.recorded_search import write_search
 from tests.fakes.restarted_flight import restarted
 
@@ -164,3 +165,41 @@ def test_what_was_left_is_named_where_an_operator_ends_the_search() -> None:
         return flight
 
     assert len(said(run_virtually(whole()), "Left for later, and not looked at: ")) == 1
+
+
+async def next_flight(**changes: object) -> Flight:
+    """Return the sortie that follows one whose time was over, when it has ended. The warm thing is gone meanwhile."""
+    former = past_warm(None, WARMER, deadlines=Deadlines(search_s=20.0))
+    async with flying(former) as run:
+        await run
+    following = await ask_for_another(former)
+    (left,) = following.left_for_later
+    assert math.dist(left.place_enu_m, (0.0, 40.0)) < 2.0
+    assert "What is left for later, 1 place, is looked at behind the last leg" in following.text
+    settings = replace(following.settings, deadlines=Deadlines(), **changes)
+    flight = prepare(3, None, following=replace(following, settings=settings), errors=EXACT, camera_delay_s=0.6)
+    async with flying(flight) as run:
+        await flight.until(lambda: flight.mission.phase is Phase.READY)
+        await flight.commands.act(Action.START, None)
+        await run
+    return flight
+
+
+def test_the_next_sortie_looks_at_what_the_former_one_left_and_the_record_proves_it(tmp_path: Path) -> None:
+    flight = run_virtually(next_flight())
+    assert len(said(flight, "Looked at now, as it was left for later: ")) == 1
+    assert not said(flight, "not looked at")
+    assert flight.view.snapshot().left_for_later == ()
+    write_search(tmp_path / "mission", flight.recorder)
+    with MissionReader(tmp_path / "mission") as reader:
+        assert verify_mission(reader) == Verification(len(flight.recorder.steps), None)
+
+
+def test_a_place_outside_of_the_next_geofence_is_named_and_stays_left() -> None:
+    south = ((-15.0, 5.0), (15.0, 5.0), (15.0, 15.0), (-15.0, 15.0))
+    fence = SafetyOverrides(fence_enu_m=((-60.0, -40.0), (60.0, -40.0), (60.0, 28.0), (-60.0, 28.0)))
+    flight = run_virtually(next_flight(area_enu_m=south, safety=fence))
+    assert not said(flight, "Looked at now")
+    (text,) = said(flight, "Left for later, and not looked at: ")
+    assert text.endswith("(too far outside of the geofence)")
+    assert len(flight.view.snapshot().left_for_later) == 1

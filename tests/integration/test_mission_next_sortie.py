@@ -10,22 +10,10 @@ from aos_gcs.errors import MissionError
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.findings import FindingChange, FindingStatus
 from aos_gcs.mission.model.phase import Outcome, Phase
-from aos_gcs.mission.next_sortie import NextSortie
-from tests.fakes.mission_flight import Flight, flying, prepare
+from tests.fakes.mission_flight import Flight, ask_for_another, flying, prepare
 from tests.fakes.retraced import check_decisions_again
 
 pytestmark = pytest.mark.looptime
-
-
-async def ask_for_another(flight: Flight) -> NextSortie:
-    """Ask for a new sortie after the end of a mission, as the service waits for it, and return its beginning."""
-    async with flight.journal.recorded(flight.recorder):
-        staying = asyncio.create_task(flight.mission.stay())
-        await flight.clock.sleep(1.0)
-        await flight.commands.act(Action.NEW_SORTIE, None, operator="Ada")
-        following = await staying
-    assert following is not None
-    return following
 
 
 async def fly(flight: Flight) -> Outcome:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -16,7 +17,9 @@ from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.geometry.projection import Plane
 from aos_gcs.groundmap.ground_map import open_map
 from aos_gcs.imaging.step.settings import ImagingSettings
-from aos_gcs.mission.model.decisions import SearchRecord
+from aos_gcs.mission.model.decisions import LeftPlace, SearchRecord
+from aos_gcs.mission.model.events import Event, EventKind
+from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.planning.search_settings import SearchSettings
 from aos_gcs.planning.settings import ForestSettings, MissionSettings
 from aos_gcs.runtime.continuing import continued_sortie
@@ -27,6 +30,7 @@ from tests.fakes.command_line import exit_status
 from tests.fakes.ground_frames import ORIGIN, ground_frame
 from tests.fakes.mission import ScriptedMission
 from tests.fakes.recording import START_UTC_S, HandClock
+from tests.fakes.records import snapshot
 
 AREA = ((-10.0, -10.0), (10.0, -10.0), (10.0, 10.0), (-10.0, 10.0))
 FOREST = ForestSettings(canopy_height_m=18.0, crown_base_m=5.0)
@@ -40,11 +44,14 @@ def recorded(
     carried: Path | None = None,
     east_m: float = 18.0,
     utc_s: float = START_UTC_S,
+    last: MissionSnapshot | None = None,
 ) -> Path:
     """Record a search of which the eastern half was seen, or another one, and return its folder."""
     database = MissionDatabase(folder, {})
     settings = MissionSettings(2, AREA, ImagingSettings(), forest=forest, search=search or SearchSettings())
     database.write([partial(MissionDatabase.add_search, record=SearchRecord(settings, ORIGIN))])
+    if last is not None:
+        database.write([partial(MissionDatabase.add_event, event=Event(1, utc_s, EventKind.SNAPSHOT, last))])
     database.close()
     ground = open_map(folder / "ground", ORIGIN, 0.06, carried)
     for north_m in (-8.0, 0.0, 8.0):
@@ -181,6 +188,12 @@ def test_a_later_flight_continues_the_map_of_an_earlier_one(tmp_path: Path) -> N
     assert following.folder == folder
     again = open_map(tmp_path / "ground", ORIGIN, 0.06, carried=following.folder / "ground")
     assert again.header.frames == 3
+
+
+def test_what_an_earlier_flight_has_left_for_later_is_left_to_the_one_that_continues_it(tmp_path: Path) -> None:
+    left = (LeftPlace((12.0, 4.0), 0.3),)
+    folder = recorded(tmp_path / "monday", last=replace(snapshot(), left_for_later=left))
+    assert continued_sortie(configured(tmp_path), folder).left_for_later == left
 
 
 def test_a_mission_that_waits_for_its_plan_can_continue(tmp_path: Path) -> None:

@@ -15,9 +15,8 @@ from aos_gcs.api.events.hub import EventHub
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import InputDataError
 from aos_gcs.mission.model.phase import Outcome
-from aos_gcs.mission.next_sortie import next_sortie
+from aos_gcs.mission.next_sortie import carried_findings
 from aos_gcs.mission.search.findings import Findings
-from aos_gcs.mission.search.progress import ScanProgress
 from aos_gcs.runtime.operation import Operation, ReplayedOperation
 from aos_gcs.store.database import MissionDatabase
 from aos_gcs.store.operation import read_operation
@@ -145,8 +144,7 @@ async def test_frames_and_findings_of_earlier_sorties_are_seen_in_a_later_one(tm
     await record(tmp_path / "later", length_s=2, manifest={"operation": "m", "sortie": 2})
     found = await mission.add_finding((0.0, 0.0, 0.0), "seen by hand")
     found = replace(found, step=1)
-    following = next_sortie("m", mission.settings, None, ScanProgress(1.0), findings=[found], former=None)
-    mission.findings = Findings(following.findings)
+    mission.findings = Findings(carried_findings([found], "m"))
 
     operation = Operation(tmp_path / "later")
     app = app_of(mission, viewer=await operation.viewer("later"), operation=operation)

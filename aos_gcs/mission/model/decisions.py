@@ -42,7 +42,7 @@ class SearchRecord:
     origin: GeodeticPosition
     """Origin of the mission's frame."""
     left_for_later: tuple[LeftPlace, ...] = ()
-    """Places that the station before had left for later, where its flight was taken up."""
+    """Places that the former sortie has left for later, or the station before, where its flight was taken up."""
 
 
 @dataclass(frozen=True, slots=True)

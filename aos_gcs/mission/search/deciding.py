@@ -153,6 +153,7 @@ class Decider:
             planned_enu_m = in_layers(situation.swarm, places_enu_m, surface)
             return vet_plan(planned_enu_m, situation.traffic, detours, ground, surface)
 
+        self.choice.limits = situation.traffic.limits
         if group is Group.SCAN:
             return self._scan_on(situation, analysis, vet)
         if group is None:

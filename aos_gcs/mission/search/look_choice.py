@@ -20,6 +20,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
+import numpy as np
+
+from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.imaging.persons.decision import Verdict
 from aos_gcs.imaging.step.judgement import SETTLED_BY_FEW_M, SETTLED_M
 from aos_gcs.mission.journal import Announcer
@@ -43,6 +46,8 @@ USUAL_POD: Final = 0.9
 """Probability with which a scan notices a person, where none is wanted."""
 _LEG_M: Final = 4.0
 """Length of the leg on which a place is looked at later, from one side of it to the other: two stops."""
+_FROM_FENCE_M: Final = 10.0
+"""Distance from the geofence up to which cameras see what lies outside of it."""
 
 Place = tuple[float, float]
 
@@ -80,8 +85,10 @@ class LookChoice:
         self._journal = journal
         self._progress = progress
         self._later: list[_Later] = []
+        self.limits: SafetyLimits | None = None
+        """Limits of the flight; None before its first step."""
         self.taken_up: tuple[LeftPlace, ...] = ()
-        """Places that the station before had left for later, where its flight was taken up."""
+        """Places that the former sortie has left for later, or the station before, where its flight was taken up."""
         self._look_legs: set[int] = set()
         """Indices of the legs that are flown for a look."""
 
@@ -92,8 +99,8 @@ class LookChoice:
 
     @property
     def later_enu_m(self) -> tuple[Place, ...]:
-        """Places that are left for later: they lead nobody on the legs."""
-        return () if self.is_look_leg else tuple(one.place_enu_m for one in self._later if not one.leads)
+        """Places that are left for later: they lead nobody on the legs, where looks may come later."""
+        return () if not self._is_choosing else tuple(one.place_enu_m for one in self._later if not one.leads)
 
     @property
     def left_for_later(self) -> tuple[LeftPlace, ...]:
@@ -101,7 +108,7 @@ class LookChoice:
         return tuple(LeftPlace(one.place_enu_m, one.probability) for one in self._later)
 
     def take_up(self, left: Sequence[LeftPlace]) -> None:
-        """Go on with the places that the station before has left for later."""
+        """Go on with the places that the former sortie, or the station before, has left for later."""
         self.taken_up = tuple(left)
         self._later = [_Later(one.place_enu_m, one.probability, is_judged=True) for one in left]
 
@@ -188,14 +195,14 @@ class LookChoice:
             looked_at_enu_m: places that have been looked at, or are surely no person.
         """
         self._drop(looked_at_enu_m)
-        if not self._later:
+        if not (within := [one for one in self._later if self._is_in_reach(one)]):
             return None
         speed_mps, from_enu_m = self._settings.flight.cruise_speed_mps, self._progress.here_enu_m
 
         def gain(one: _Later) -> float:
             return one.probability / (LOOK_S + RETURN_S + math.dist(one.place_enu_m, from_enu_m) / speed_mps)
 
-        best = max(self._later, key=gain)
+        best = max(within, key=gain)
         self._later.remove(best)
         self._look_legs.add(len(self._progress.legs))
         east, north = self._settings.scan_direction_enu
@@ -207,8 +214,18 @@ class LookChoice:
         """Tell operators the places that the search ends without a look at; the argument is that of the next leg."""
         self._drop(looked_at_enu_m)
         if self._later:
-            places = "; ".join(one.text for one in self._later)
+            places = "; ".join(self._in_words(one) for one in self._later)
             self._journal.notice(Severity.WARNING, f"Left for later, and not looked at: {places}")
+
+    def _in_words(self, one: _Later) -> str:
+        return one.text if self._is_in_reach(one) else f"{one.text} (too far outside of the geofence)"
+
+    def _is_in_reach(self, one: _Later) -> bool:
+        """Tell whether the geofence allows a look at a place: a former sortie may have had another one."""
+        if self.limits is None:
+            return True
+        fence, *_ = self.limits.boundaries()
+        return fence.depth_m(np.array(one.place_enu_m)) > -_FROM_FENCE_M
 
     def _drop(self, looked_at_enu_m: Sequence[Place]) -> None:
         self._later = [one for one in self._later if not _is_within(one, looked_at_enu_m)]
