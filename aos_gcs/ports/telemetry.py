@@ -168,3 +168,5 @@ class VehicleState:
     """Addresses that its id belongs to while it is armed: others that use the id are strangers."""
     failsafe: str = ""
     """Status of the autopilot's failsafe while it is active, such as "critical": only return and land are sent."""
+    board_id: str = ""
+    """Identifier of the flight controller, in hexadecimal; empty when it is not known, and in older records."""

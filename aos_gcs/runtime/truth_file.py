@@ -53,9 +53,10 @@ def check_world(path: Path, world: Mapping[str, Any], last: MissionSnapshot) -> 
         last: last snapshot of the mission.
 
     Raises:
-        InputDataError: the world began after the mission, or their search areas lie apart.
+        InputDataError: the world has other vehicles or began after the mission, or their search areas lie apart.
     """
     _check_area(path, world, last)
+    _check_vehicles(path, world, last)
     if last.started_utc_s is None:
         return
     later_s = float(world.get("start_utc_s") or 0.0) - (last.started_utc_s + last.elapsed_s)
@@ -82,6 +83,23 @@ def _check_area(path: Path, world: Mapping[str, Any], snapshot: MissionSnapshot)
         )
 
 
+def _check_vehicles(path: Path, world: Mapping[str, Any], last: MissionSnapshot) -> None:
+    """Compare the flight controllers, whose identifiers are drawn by the world's seed."""
+    boards = _board_ids(world.get("vehicles", ()))
+    for state in (one.telemetry for one in last.vehicles):
+        board_id = boards.get(state.vehicle_id, "")
+        if board_id and state.board_id and board_id != state.board_id:
+            raise InputDataError(
+                f"{path} is the truth about another world: by its vehicles, the flight controller of vehicle "
+                f"{state.vehicle_id} is {board_id}, but that of the mission is {state.board_id}. {_REMEDY}"
+            )
+
+
+def _board_ids(vehicles: Any) -> dict[int, str]:
+    """Return the identifiers of a world's flight controllers by system id, as far as it knows them."""
+    return {int(one["system_id"]): str(one.get("board_id", "")) for one in vehicles}
+
+
 def _numbers(points: Any, count: int) -> None:
     for point in points:
         if len([float(number) for number in point]) != count:
@@ -101,6 +119,7 @@ _READERS: Mapping[str, Callable[[Any], object]] = {
     "trees_per_ha": float,
     "targets": _targets,
     "start_utc_s": lambda start: float(start or 0.0),
+    "vehicles": _board_ids,
     "area_enu_m": lambda area: _numbers(area, 2),
 }
 """Readers of the fields of a world file, which fail where one is not what it should be."""

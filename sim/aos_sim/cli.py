@@ -225,7 +225,9 @@ async def _simulate(swarm: SimulatedSwarm, scene: Scene, files: _Files, exit_wit
 
     stop = stop_on_signals()
     if files.world is not None:
-        write_world_file(files.world, world_of(scene), swarm.options.origin, swarm.homes_enu_m, swarm.start_utc_s)
+        boards = {one.system_id: one.autopilot.identity.board_id for one in swarm.vehicles}
+        origin, start_utc_s = swarm.options.origin, swarm.start_utc_s
+        write_world_file(files.world, world_of(scene), origin, swarm.homes_enu_m, start_utc_s, board_ids=boards)
     async with swarm, asyncio.TaskGroup() as group:
         if files.map is not None:
             # Beside the vehicles, which it must not delay.

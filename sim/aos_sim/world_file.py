@@ -74,6 +74,8 @@ def write_world_file(
     origin: GeodeticPosition,
     homes_enu_m: Mapping[int, tuple[float, float, float]],
     start_utc_s: float,
+    *,
+    board_ids: Mapping[int, str] | None = None,
 ) -> None:
     """Write the world file, atomically.
 
@@ -83,14 +85,17 @@ def write_world_file(
         origin: origin of the world's frame.
         homes_enu_m: launch points by system id.
         start_utc_s: time by the simulation's clock, since the Unix epoch, at which the world began.
+        board_ids: identifiers of the flight controllers by system id; None: they are not the world's own.
     """
+    boards = {} if board_ids is None else {key: {"board_id": board_id} for key, board_id in board_ids.items()}
+    vehicles = [{"system_id": key, "home_enu_m": home, **boards.get(key, {})} for key, home in homes_enu_m.items()]
     write_json(
         path,
         {
             "origin": asdict(origin),
             "start_utc_s": start_utc_s,
             **asdict(world),
-            "vehicles": [{"system_id": system_id, "home_enu_m": home} for system_id, home in homes_enu_m.items()],
+            "vehicles": vehicles,
         },
     )
 

@@ -206,6 +206,7 @@ async def test_a_fence_is_uploaded_read_back_and_kept(implementation: str, autop
         assert facts.fence is None
         assert facts.firmware
         assert len(facts.board_id) > 4
+        assert vehicle.state.board_id == facts.board_id
         assert facts.link_loss.is_on
         assert facts.link_loss.text.startswith("return after")
         assert facts.low_battery.is_on

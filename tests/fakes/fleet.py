@@ -196,6 +196,7 @@ class FakeVehicle:
             altitude_test_ratio=self.altitude_test_ratio,
             gps_altitude_amsl_m=ORIGIN.altitude_amsl_m + true_up_m + self.errors.receiver_up_m(now_s),
             pressure_hpa=1013.25 * (1.0 - (ORIGIN.altitude_amsl_m + true_up_m) / 44330.77) ** 5.25588,
+            board_id=f"{self.vehicle_id:08x}",
         )
 
     def reclaim(self) -> None:
@@ -295,7 +296,7 @@ class FakeVehicle:
         await self._wait(self._is_heard, deadline_s)
         self.inspections += 1
         own = {
-            "board_id": f"{self.vehicle_id:08x}",
+            "board_id": self.state.board_id,
             "fence": self.fence,
             "return_height_m": self.return_height_m,
             "return_settings": {"RTL_ALT": 100.0 * self.return_height_m},

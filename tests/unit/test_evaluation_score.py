@@ -252,6 +252,7 @@ PLACE = '"origin": {"latitude_deg": 48.3, "longitude_deg": 14.3, "altitude_amsl_
             "targets",
         ),
         (f'{PLACE}, "seed": 1, "trees_per_ha": 1, "targets": [], "area_enu_m": [[1, "x"]]', "area_enu_m"),
+        (f'{PLACE}, "seed": 1, "trees_per_ha": 1, "targets": [], "vehicles": [{{"board_id": "a1"}}]', "vehicles"),
     ],
 )
 def test_a_field_that_cannot_be_read_is_named(tmp_path: Path, fields: str, name: str) -> None:
@@ -286,3 +287,19 @@ def test_the_truth_about_a_world_that_began_after_the_mission_is_refused(tmp_pat
                 check_world(path, read_world(path), last)
         else:
             check_world(path, read_world(path), last)
+
+
+def test_the_truth_about_a_world_with_other_flight_controllers_is_refused(tmp_path: Path) -> None:
+    path, homes_enu_m = tmp_path / "world.json", {1: (0.0, 0.0, 0.0)}
+    last = snapshot(None, (Task.LANDED,), Outcome.NOT_FOUND)
+    (vehicle,) = last.vehicles
+    cases = (({1: "a1"}, "a1", False), ({1: "a1"}, "b2", True), ({1: "a1"}, "", False), (None, "b2", False))
+    for boards, of_mission, is_other in cases:
+        write_world_file(path, World(()), ORIGIN, homes_enu_m, START_UTC_S, board_ids=boards)
+        heard = replace(vehicle, telemetry=replace(vehicle.telemetry, board_id=of_mission))
+        searched = replace(last, vehicles=(heard,))
+        if is_other:
+            with pytest.raises(InputDataError, match=r"by its vehicles, the flight controller of vehicle 1 is a1"):
+                check_world(path, read_world(path), searched)
+        else:
+            check_world(path, read_world(path), searched)

@@ -375,6 +375,7 @@ class VehicleRecord:
             has_pilot=self.control.has_pilot,
             failsafe=self.control.failsafe,
             proven=self.ownership.proofs(now_s),
+            board_id=telemetry.board_id,
         )
 
     def _component_links(self) -> tuple[ComponentLink, ...]:

@@ -134,6 +134,7 @@ class FlownVehicle:
             vertical_accuracy_m=vertical_m,
             gps_altitude_amsl_m=kinematics.receiver_geodetic.altitude_amsl_m,
             pressure_hpa=SEA_LEVEL_HPA * (1.0 - barometer_m / ATMOSPHERE_M) ** ATMOSPHERE_EXPONENT,
+            board_id=f"{self.vehicle_id:08x}",
         )
 
     def reclaim(self) -> None:
@@ -207,7 +208,7 @@ class FlownVehicle:
         on = Safeguard(True, "on")
         return VehicleFacts(
             firmware="simulated",
-            board_id=f"{self.vehicle_id:08x}",
+            board_id=self.state.board_id,
             link_loss=on,
             low_battery=on,
             arming_checks=on,

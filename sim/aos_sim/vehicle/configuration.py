@@ -16,7 +16,7 @@ class VehicleIdentity:
     system_id: int
     frame: LocalFrame
     uid: int
-    """The flight controller board's own number."""
+    """The flight controller board's own number, not negative."""
     start_up_s: float | None = None
     """Time from power-on to a position estimate; None: the autopilot's usual time."""
     parameters: Mapping[str, float] = field(default_factory=dict)
@@ -25,3 +25,8 @@ class VehicleIdentity:
     """Simulated seconds per real second."""
     relief: Relief | None = None
     """Shape of the ground; None: the plane z = 0."""
+
+    @property
+    def board_id(self) -> str:
+        """The board's number as ground stations write it: hexadecimal, the lowest byte first."""
+        return self.uid.to_bytes(18, "little").rstrip(b"\0").hex()
