@@ -26,6 +26,8 @@ from tests.timing import scaled_s
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SPEED = 20.0
+MAVSDK_SPEED = 5.0
+"""A busy machine makes MAVSDK drop messages; a vehicle whose battery is silent for 30 s of its own returns."""
 AREA_ENU_M = ((0.0, 0.0), (30.0, 0.0), (30.0, 30.0), (0.0, 30.0))
 
 
@@ -42,13 +44,13 @@ def names(folder: Path) -> list[str]:
     return sorted(path.name for path in folder.iterdir())
 
 
-def clock_s(real_s: float) -> float:
-    """Return the clock seconds that pass in a limit of real time, as it holds on this machine."""
-    return SPEED * scaled_s(real_s)
-
-
-def options(vehicles: int, driver: str = "mavlink") -> ScriptOptions:
+def options(vehicles: int, driver: str = "mavlink", speed: float = SPEED) -> ScriptOptions:
     """Deadlines and ages are in clock seconds: a busy machine may leave a vehicle unheard for seconds of real time."""
+
+    def clock_s(real_s: float) -> float:
+        """Return the clock seconds that pass in a limit of real time, as it holds on this machine."""
+        return speed * scaled_s(real_s)
+
     return ScriptOptions(
         vehicles=vehicles,
         area_enu_m=AREA_ENU_M,
@@ -66,17 +68,17 @@ def options(vehicles: int, driver: str = "mavlink") -> ScriptOptions:
             all_lost_s=clock_s(10.0),
         ),
         safety=SafetyOverrides(max_link_age_s=clock_s(3.0), max_position_age_s=clock_s(3.0)),
-        clock_speed=SPEED,
+        clock_speed=speed,
     )
 
 
 @asynccontextmanager
-async def simulator(vehicles: int) -> AsyncIterator[tuple[SimulatedSwarm, list[str]]]:
+async def simulator(vehicles: int, speed: float = SPEED) -> AsyncIterator[tuple[SimulatedSwarm, list[str]]]:
     port = unused_port()
     settings = SimulatorOptions(
         vehicles=vehicles,
         links=(f"udpout://127.0.0.1:{port}",),
-        speed=SPEED,
+        speed=speed,
         image_size_px=32,
         start_up_s=2.0,
         # What a busy machine needs between two heartbeats, in real time, and between arming and take-off.
@@ -108,8 +110,9 @@ async def test_the_square_is_flown_by_three_vehicles_that_come_home(capsys: pyte
 
 async def test_frames_are_collected_where_the_vehicles_are_sent(tmp_path: Path) -> None:
     pytest.importorskip("mavsdk", reason="needs the optional library mavsdk")
-    async with simulator(2) as (simulated, links):
-        await example("collect_frames").run(links, options(2, "mavsdk"), tmp_path, stations=2, step_m=5.0)
+    async with simulator(2, MAVSDK_SPEED) as (simulated, links):
+        flight = options(2, "mavsdk", MAVSDK_SPEED)
+        await example("collect_frames").run(links, flight, tmp_path, stations=2, step_m=5.0)
         assert_all_are_home(simulated)
     assert names(tmp_path) == [f"vehicle{vehicle:03d}_image{image:05d}.npz" for vehicle in (1, 2) for image in (0, 1)]
     first, second = (np.load(tmp_path / f"vehicle002_image{image:05d}.npz") for image in (0, 1))
