@@ -195,11 +195,11 @@ def test_the_next_sortie_looks_at_what_the_former_one_left_and_the_record_proves
         assert verify_mission(reader) == Verification(len(flight.recorder.steps), None)
 
 
-def test_a_place_outside_of_the_next_geofence_is_named_and_stays_left() -> None:
+def test_a_place_that_the_next_geofence_keeps_vehicles_from_is_named_and_stays_left() -> None:
     south = ((-15.0, 5.0), (15.0, 5.0), (15.0, 15.0), (-15.0, 15.0))
-    fence = SafetyOverrides(fence_enu_m=((-60.0, -40.0), (60.0, -40.0), (60.0, 28.0), (-60.0, 28.0)))
+    fence = SafetyOverrides(fence_enu_m=((-60.0, -40.0), (60.0, -40.0), (60.0, 58.0), (-60.0, 58.0)))
     flight = run_virtually(next_flight(area_enu_m=south, safety=fence))
     assert not said(flight, "Looked at now")
     (text,) = said(flight, "Left for later, and not looked at: ")
-    assert text.endswith("(too far outside of the geofence)")
+    assert text.endswith("(the geofence keeps vehicles away)")
     assert len(flight.view.snapshot().left_for_later) == 1

@@ -46,8 +46,8 @@ USUAL_POD: Final = 0.9
 """Probability with which a scan notices a person, where none is wanted."""
 _LEG_M: Final = 4.0
 """Length of the leg on which a place is looked at later, from one side of it to the other: two stops."""
-_FROM_FENCE_M: Final = 10.0
-"""Distance from the geofence up to which cameras see what lies outside of it."""
+_ASIDE_M: Final = 10.0
+"""Distance up to which vehicles look at a place from the side, where the geofence keeps them from flying over it."""
 
 Place = tuple[float, float]
 
@@ -218,14 +218,14 @@ class LookChoice:
             self._journal.notice(Severity.WARNING, f"Left for later, and not looked at: {places}")
 
     def _in_words(self, one: _Later) -> str:
-        return one.text if self._is_in_reach(one) else f"{one.text} (too far outside of the geofence)"
+        return one.text if self._is_in_reach(one) else f"{one.text} (the geofence keeps vehicles away)"
 
     def _is_in_reach(self, one: _Later) -> bool:
-        """Tell whether the geofence allows a look at a place: a former sortie may have had another one."""
+        """Tell whether the geofence allows a look at a place: that of a former sortie may have been another one."""
         if self.limits is None:
             return True
         fence, *_ = self.limits.boundaries()
-        return fence.depth_m(np.array(one.place_enu_m)) > -_FROM_FENCE_M
+        return fence.depth_m(np.array(one.place_enu_m)) > fence.margin_m - _ASIDE_M
 
     def _drop(self, looked_at_enu_m: Sequence[Place]) -> None:
         self._later = [one for one in self._later if not _is_within(one, looked_at_enu_m)]
