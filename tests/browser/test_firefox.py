@@ -25,12 +25,20 @@ STEPS_UNTIL_FOUND = 20
 
 
 @pytest_asyncio.fixture(scope="module", loop_scope="session")
-async def firefox(tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Firefox]:
+async def window(tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Firefox]:
     path = firefox_path()
     if path is None:
         unavailable("no Firefox found: install it (Debian: firefox-esr), or name it in AOS_GCS_FIREFOX")
-    async with running_firefox(path, tmp_path_factory.mktemp("firefox") / "profile") as firefox:
-        yield firefox
+    async with running_firefox(path, tmp_path_factory.mktemp("firefox") / "profile") as window:
+        yield window
+
+
+@pytest_asyncio.fixture(loop_scope="session")
+async def firefox(window: Firefox) -> AsyncIterator[Firefox]:
+    """The window, which leaves the page behind each test: it would complain in the next that its service is gone."""
+    yield window
+    await window.open("about:blank")
+    window.errors.clear()
 
 
 async def test_an_operator_signs_in_holds_all_and_confirms_a_finding(
