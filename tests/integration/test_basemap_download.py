@@ -225,7 +225,9 @@ def test_waiting_has_an_end(make: Callable[..., BasemapReport], server: TileServ
     assert "status 503, 5 times" in str(the_error(make))
     assert len(server.asked) <= 10
     assert time.now_s < 100.0 + 200.0
-    server.asked.clear()
+
+
+def test_a_server_that_wants_an_hour_is_asked_no_more(make: Callable[..., BasemapReport], server: TileServer) -> None:
     server.answer = lambda _place, _count: Reply(b"", 429, {"Retry-After": "3600"})
     assert "no requests for 3,600 s; come back after that" in str(the_error(make))
     assert len(server.asked) <= CONNECTIONS
