@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import time
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import cache
@@ -339,6 +341,21 @@ def test_time_passes_only_by_waiting() -> None:
         return asyncio.get_running_loop().time()
 
     assert run(wait()) == pytest.approx(3600.0, abs=0.01)
+
+
+def test_no_thread_is_waited_for_at_the_end() -> None:
+    """On a busy machine the thread that shut the executor down came too late: a mission broke off as a deadlock."""
+
+    class Late(ThreadPoolExecutor):
+        def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+            time.sleep(0.2)
+            super().shutdown(wait, cancel_futures=cancel_futures)
+
+    async def leave_one() -> int:
+        asyncio.get_running_loop().set_default_executor(Late(1))
+        return await asyncio.to_thread(int, "7")
+
+    assert run(leave_one()) == 7
 
 
 def test_something_that_never_waits_is_told() -> None:
