@@ -8,13 +8,14 @@ from operator import add
 
 import numpy as np
 import pytest
+import scipy
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import nadir_pose
-from aos_gcs.imaging.persons.decision import FindingKind, Verdict, decide, pooled
+from aos_gcs.imaging.persons.decision import FORM_TOLD, FindingKind, Verdict, decide, pooled
 from aos_gcs.imaging.persons.evidence import gather_evidence
 from aos_gcs.imaging.persons.form import MAX_VANTAGE_POINTS, Form, form_sums
 from aos_gcs.imaging.persons.kinds import log_ratio
@@ -66,15 +67,42 @@ def form_of(views: Sequence[WarmView]) -> Form:
 
 
 @pytest.mark.parametrize("error_m", [0.0, 0.7])
-@pytest.mark.parametrize("size_m", [(0.5, 0.3, 1.75), (0.35, 1.3, 0.9), (0.8, 0.9, 0.3)])
+@pytest.mark.parametrize(
+    ("size_m", "sigma_m2"), [((0.5, 0.3, 1.75), 0.02), ((0.35, 1.3, 0.9), 0.08), ((0.8, 0.9, 0.3), 0.04)]
+)
 def test_frames_from_all_sides_tell_length_width_and_height_whatever_their_poses_err(
-    size_m: tuple[float, float, float], error_m: float
+    size_m: tuple[float, float, float], sigma_m2: float, error_m: float
 ) -> None:
+    """The longer a body is, the less sure its height."""
     form = form_of(views_of(box(size_m, heading_rad=0.7), error_m=error_m))
     assert form.length_m == pytest.approx(max(size_m[:2]), rel=0.12)
     assert form.width_m == pytest.approx(min(size_m[:2]), rel=0.12)
     assert abs(form.heights_m2 - size_m[2] ** 2 / 12) < 3 * form.heights_sigma_m2
-    assert form.heights_sigma_m2 < 0.03
+    assert 0.4 * sigma_m2 < form.heights_sigma_m2 < sigma_m2
+
+
+def through_gaps(view: WarmView, gaps: int, rng: np.random.Generator) -> WarmView:
+    """Return what some gaps between leaves leave of a view: two or three pixels each."""
+    at = rng.choice(len(view.points_enu_m), gaps, replace=False)
+    points_enu_m = np.repeat(view.points_enu_m[at], rng.integers(2, 4, gaps), axis=0)
+    points_enu_m += rng.normal(0.0, 0.02, points_enu_m.shape)
+    return replace(view, points_enu_m=points_enu_m, contrast_k=np.full(len(points_enu_m), 14.0))
+
+
+@pytest.mark.parametrize("gaps", [3, 5, 10])
+def test_a_body_is_as_large_through_few_gaps_as_through_many(gaps: int) -> None:
+    """A boar of whom frames showed seven pixels each was as small as a person who sits (500 trees/ha, seed 418055)."""
+    rng = np.random.default_rng(7)
+    views = [through_gaps(view, gaps, rng) for view in views_of(box((0.4, 1.2, 0.7)), count=200)]
+    form = form_of(views)
+    assert form.length_m == pytest.approx(1.2, rel=0.12)
+    assert abs(form.heights_m2 - 0.7**2 / 12) < 3 * form.heights_sigma_m2
+
+
+@pytest.mark.parametrize(("pixel_area_m2", "fineness"), [(0.004, 1.0), (0.12, 0.1)])
+def test_coarse_pixels_tell_less_of_a_form(pixel_area_m2: float, fineness: float) -> None:
+    views = [replace(view, pixel_area_m2=pixel_area_m2) for view in views_of(box((0.5, 0.3, 1.75)))]
+    assert form_of(views).fineness == pytest.approx(fineness)
 
 
 def test_frames_from_above_do_not_tell_a_height() -> None:
@@ -163,6 +191,32 @@ def test_a_deer_as_warm_as_a_person_is_none_and_a_person_on_a_warm_day_is_one() 
     assert pooled(looks(0.97), DEER).kind is not FindingKind.PERSON
     assert pooled(looks(0.02)).kind is FindingKind.ANIMAL
     assert pooled(looks(0.02), STANDING).kind is FindingKind.PERSON
+
+
+@pytest.mark.parametrize("by_warmth", [0.02, 0.6, 0.97])
+@pytest.mark.parametrize("form", [STANDING, DEER, STONE])
+def test_temperatures_count_less_the_better_the_form_is_told(by_warmth: float, form: Form) -> None:
+    def log_odds(seen: Form | None) -> float:
+        return float(scipy.special.logit(pooled(looks(by_warmth), seen).probability))
+
+    assert log_odds(form) == pytest.approx(0.4 * log_odds(None) + log_ratio(form))
+    half = replace(form, vantage_points=FORM_TOLD // 2)
+    assert log_odds(half) == pytest.approx(0.7 * log_odds(None) + 0.5 * log_ratio(half))
+    coarse = replace(form, fineness=0.1)
+    assert log_odds(coarse) == pytest.approx(0.94 * log_odds(None) + 0.1 * log_ratio(form))
+
+
+def test_coarse_pixels_do_not_tell_whether_skin_shows() -> None:
+    uniform = [replace(one, is_uniform=True) for one in looks(0.9)]
+    coarse = replace(STANDING, fineness=0.1)
+    assert pooled(uniform, STANDING).probability == pooled(looks(0.9), STANDING).probability
+    assert (pooled(uniform, coarse).probability or 0.0) < 0.7 < (pooled(looks(0.9), coarse).probability or 0.0)
+
+
+def test_patterns_are_others_in_images_out_of_focus() -> None:
+    """The middle of what leaves leave of a stone is cooler than the stone, and its spread as large as an animal's."""
+    stone = replace(STONE, spread_k=3.4)
+    assert log_ratio(replace(stone, out_of_focus=1.0)) < 0.0 < log_ratio(stone)
 
 
 def test_what_has_the_form_of_a_person_is_never_surely_something_else() -> None:

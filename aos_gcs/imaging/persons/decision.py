@@ -55,6 +55,9 @@ FRESH_LOOKS = 3
 FORM_TOLD = 6
 """Vantage points from which on a form is told, so that a person may be announced by it. Fewer count less: frames that
 show a part of an animal each may make it a person's."""
+_WARMTH_BESIDE_FORM = 0.4
+"""Weight of the log-odds by temperatures of all looks beside a form that they tell: temperatures of a day differ from
+those that the model is fitted to, sizes do not. Of a single look, few frames tell the form, and it is 1."""
 _TOLD_HEIGHT_M2 = 0.05
 """Standard deviation of the variance of heights up to which a height is told: 0.4 m of a standing person's."""
 _SUREST_LOG_ODDS = 5.0
@@ -157,7 +160,7 @@ def pooled(verdicts: Sequence[Verdict], form: Form | None = None) -> Verdict:
     if latest.probability is None or not looks:
         return latest
     log_odds = sum(_log_odds(_by_warmth(one)) for one in looks) / len(looks)
-    probability = _with_form(log_odds, form, _log_ratio_without_skin(looks))
+    probability = _with_form(log_odds, form, _log_ratio_without_skin(looks), beside_form=_WARMTH_BESIDE_FORM)
     is_person = probability >= TOGETHER
     decisive = [one for one in looks if (one.kind is FindingKind.PERSON) is is_person]
     otherwise = FindingKind.PERSON if is_person else FindingKind.UNDECIDED
@@ -183,12 +186,16 @@ def _by_warmth(verdict: Verdict) -> float:
     return by_warmth or 0.0
 
 
-def _with_form(log_odds: float, form: Form | None, log_ratio_without_skin: float = 0.0) -> float:
-    """Return the probability by temperatures and, where it is known, form, which says itself whether skin shows."""
+def _with_form(
+    log_odds: float, form: Form | None, log_ratio_without_skin: float = 0.0, *, beside_form: float = 1.0
+) -> float:
+    """Return the probability by temperatures and, where it is known, form: fine pixels tell whether skin shows."""
     if form is None:
         return float(scipy.special.expit(log_odds + log_ratio_without_skin))
-    told = min(form.vantage_points / FORM_TOLD, 1.0)
-    return float(scipy.special.expit(log_odds + told * log_ratio(form)))
+    told = form.fineness * min(form.vantage_points / FORM_TOLD, 1.0)
+    by_warmth = (1.0 - told * (1.0 - beside_form)) * log_odds
+    without_skin = (1.0 - form.fineness) * log_ratio_without_skin
+    return float(scipy.special.expit(by_warmth + without_skin + told * log_ratio(form)))
 
 
 def _log_odds(probability: float) -> float:

@@ -39,12 +39,19 @@ MIN_PIXELS = 3
 """Warm pixels of a frame that tell more than that something is there: the fewest that have two axes."""
 MAX_EXTENT_M = 2.5
 """Extent of what one frame shows from which it is more than one body."""
+_GAP_M2 = 0.012
+"""Area of a body that is seen through one gap between leaves; a larger pixel counts as one."""
+_FEWEST_GAPS = 2.2
+"""Gaps of a frame, in the mean, below which the correction for few of them grows no more."""
 _UNIFORM = math.sqrt(12.0)
 """Length of something of even density over its standard deviation."""
 _LEAST_M = 0.1
 """Least length and width: a pixel or two."""
 _SCATTER_M2 = 0.10
 """Standard deviation of a frame's covariance of a single pixel: of n pixels it is smaller by the root of n."""
+_PARTS_M, _LEAST_PARTS, _MOST_PARTS = 0.75, 0.4, 3.0
+"""Length of a body that scatters as a pixel is said to, and limits of the factor for others: the parts of a longer one
+that leaves show in one frame or another lie farther apart, so that it grows with the length squared."""
 _HEIGHTS_M2, _HEIGHTS_SIGMA_M2 = 0.08, 0.12
 """Mean and standard deviation of the variance of heights before anything is seen: bodies of 0 to 1.8 m."""
 _BIN_K = 0.25
@@ -73,6 +80,10 @@ class Form:
     """Contrast of the warmest hundredth above the middle: skin, or an animal's head and legs."""
     hot_share: float
     """Share of its pixels that are nearer to the warmest than to the middle."""
+    out_of_focus: float = 0.0
+    """Share of its pixels in frames whose optics were out of focus, where patterns are others."""
+    fineness: float = 1.0
+    """Area of a gap between leaves over that of a pixel, where pixels are coarser; else 1."""
 
     @property
     def height_m(self) -> float:
@@ -96,6 +107,10 @@ class _Sums:
     """Pixels per bin of contrast."""
     out_of_focus: float
     """Weight of the frames whose optics were out of focus."""
+    gaps: float
+    """Gaps between leaves that the pixels are seen through."""
+    fine: float
+    """Weight of the frames, each times how fine its pixels are."""
 
     def __add__(self, other: _Sums) -> _Sums:
         """Return the sums over the frames of both."""
@@ -129,24 +144,38 @@ class FormSums:
         if len(self.sums) < MIN_VANTAGE_POINTS:
             return None
         seen = reduce(add, (one.mean() for one in self.sums.values()))
+        whole = _of_the_whole(seen.gaps / len(self.sums))
         prior = (_SCATTER_M2 / _HEIGHTS_SIGMA_M2) ** 2
-        information = seen.slopes_squared - float(seen.slopes @ seen.slopes) / seen.weight + prior
+        of_slopes = seen.slopes_squared - float(seen.slopes @ seen.slopes) / seen.weight
+        information = of_slopes + prior
         seen_m2 = seen.moments_by_slopes_m2 - float(seen.moments_m2 @ seen.slopes) / seen.weight
-        heights_m2 = (seen_m2 + prior * _HEIGHTS_M2) / information
-        east_m2, mixed_m2, north_m2 = (seen.moments_m2 - heights_m2 * seen.slopes) / seen.weight
+        heights_m2 = (whole * seen_m2 + prior * _HEIGHTS_M2) / information
+        east_m2, mixed_m2, north_m2 = (whole * seen.moments_m2 - heights_m2 * seen.slopes) / seen.weight
         minor_m2, major_m2 = np.linalg.eigvalsh([[east_m2, mixed_m2], [mixed_m2, north_m2]])
+        length_m = max(_UNIFORM * math.sqrt(max(float(major_m2), 0.0)), _LEAST_M)
+        parts = min(max((length_m / _PARTS_M) ** 2, _LEAST_PARTS), _MOST_PARTS)
         below = np.concatenate(([0], np.cumsum(seen.counts))) / seen.counts.sum()
         middle_k, warmest_k = np.interp([0.5, 0.99], below, _EDGES_K)
+        out_of_focus = seen.out_of_focus / seen.weight
         return Form(
             vantage_points=len(self.sums),
-            length_m=max(_UNIFORM * math.sqrt(max(float(major_m2), 0.0)), _LEAST_M),
+            length_m=length_m,
             width_m=max(_UNIFORM * math.sqrt(max(float(minor_m2), 0.0)), _LEAST_M),
             heights_m2=float(heights_m2),
-            heights_sigma_m2=_SCATTER_M2 / math.sqrt(information),
-            spread_k=float(warmest_k - middle_k)
-            / (1.0 + (_OUT_OF_FOCUS_SPREAD - 1.0) * seen.out_of_focus / seen.weight),
+            heights_sigma_m2=_SCATTER_M2 * math.sqrt(parts**2 * of_slopes + prior) / information,
+            spread_k=float(warmest_k - middle_k) / (1.0 + (_OUT_OF_FOCUS_SPREAD - 1.0) * out_of_focus),
             hot_share=1.0 - float(np.interp((middle_k + warmest_k) / 2.0, _EDGES_K, below)),
+            out_of_focus=out_of_focus,
+            fineness=seen.fine / seen.weight,
         )
+
+
+def _of_the_whole(gaps: float) -> float:
+    """Return the variance of the places of a body over that of what a frame shows of it, about its own middle.
+
+    The fewer gaps between leaves a frame sees it through, the nearer to their middle they lie, as any few samples do.
+    """
+    return 1.0 / (1.0 - 1.0 / max(gaps, _FEWEST_GAPS))
 
 
 def form_sums(body: Sequence[WarmView], plane_height_m: float) -> FormSums:
@@ -192,6 +221,8 @@ def form_sums(body: Sequence[WarmView], plane_height_m: float) -> FormSums:
             moments_by_slopes_m2=float(moments_m2[row] @ slopes[row]),
             counts=counts[row],
             out_of_focus=weight * view.out_of_focus,
+            gaps=weight * min(view.pixel_area_m2 / _GAP_M2, 1.0),
+            fine=weight * min(_GAP_M2 / view.pixel_area_m2, 1.0),
         )
         key = (view.vehicle_id, column, line)
         told[key] = told[key] + one if key in told else one

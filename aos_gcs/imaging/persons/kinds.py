@@ -46,6 +46,10 @@ class _Pattern:
     spread_k: _Normal
     hot_share: _Normal
 
+    def density(self, spread_k: float, hot_share: float) -> float:
+        """Return the density of such a pattern, times the share."""
+        return self.share * self.spread_k.log_density(spread_k) * self.hot_share.log_density(hot_share)
+
 
 @dataclass(frozen=True, slots=True)
 class _Kind:
@@ -59,15 +63,16 @@ class _Kind:
     heights_m2: _Normal
     """Variance of the heights of what is seen."""
     patterns: tuple[_Pattern, ...]
+    out_of_focus: _Pattern
+    """Pattern in images of optics out of focus, where the middle of what leaves leave is cooler than the body is."""
 
     def likelihood(self, form: Form) -> float:
         """Return the density of a form among bodies of this kind, times their share."""
         noise = 1.0 / math.sqrt(form.vantage_points)
         spread_k, hot_share = max(form.spread_k, _LEAST_SPREAD_K), max(form.hot_share, _LEAST_SHARE)
-        warmth = sum(
-            pattern.share * pattern.spread_k.log_density(spread_k) * pattern.hot_share.log_density(hot_share)
-            for pattern in self.patterns
-        )
+        in_focus = sum(pattern.density(spread_k, hot_share) for pattern in self.patterns)
+        out_of_focus = self.out_of_focus.density(spread_k, hot_share)
+        warmth = (1.0 - form.out_of_focus) * in_focus + form.out_of_focus * out_of_focus
         return (
             self.share
             * warmth
@@ -93,24 +98,22 @@ _CLAD = (
 _FUR = (_Pattern(1.0, _Normal(4.7, 0.3), _Normal(0.22, 0.5)),)
 _SOLID = (_Pattern(0.98, _Normal(1.4, 0.3), _EVEN), _Pattern(0.02, _Normal(4.0, 0.5), _EVEN))
 """Top and sides of a stone; a few are sharpened wrongly, or have something warmer on them."""
-_ANYTHING = _Kind(
-    0.05,
-    _Normal(0.8, 0.6),
-    _Normal(0.5, 0.6),
-    _Normal(0.06, 0.08),
-    (_Pattern(1.0, _Normal(3.0, 0.8), _Normal(0.2, 0.8)),),
-)
+_CLAD_BLURRED = _Pattern(1.0, _Normal(5.2, 0.35), _Normal(0.137, 0.5))
+_FUR_BLURRED = _Pattern(1.0, _Normal(4.1, 0.35), _Normal(0.10, 0.5))
+_SOLID_BLURRED = _Pattern(1.0, _Normal(3.4, 0.5), _Normal(0.16, 0.5))
+_ANY_PATTERN = _Pattern(1.0, _Normal(3.0, 0.8), _Normal(0.2, 0.8))
+_ANYTHING = _Kind(0.05, _Normal(0.8, 0.6), _Normal(0.5, 0.6), _Normal(0.06, 0.08), (_ANY_PATTERN,), _ANY_PATTERN)
 """What nobody has thought of."""
 _PERSONS = (
-    _Kind(0.53, _Normal(0.53, 0.16), _Normal(0.58, 0.27), _Normal(0.14, 0.05), _CLAD),
-    _Kind(0.25, _Normal(0.65, 0.16), _Normal(0.67, 0.25), _Normal(0.025, 0.04), _CLAD),
-    _Kind(0.20, _Normal(1.40, 0.10), _Normal(0.37, 0.16), _Normal(-0.02, 0.05), _CLAD),
+    _Kind(0.53, _Normal(0.59, 0.12), _Normal(0.66, 0.27), _Normal(0.149, 0.035), _CLAD, _CLAD_BLURRED),
+    _Kind(0.25, _Normal(0.69, 0.12), _Normal(0.69, 0.18), _Normal(0.034, 0.035), _CLAD, _CLAD_BLURRED),
+    _Kind(0.20, _Normal(1.40, 0.09), _Normal(0.39, 0.14), _Normal(-0.01, 0.05), _CLAD, _CLAD_BLURRED),
 )
 """Standing or walking, sitting, lying; a body on the ground is seen a little stretched the other way."""
 _OTHERS = (
-    _Kind(0.45, _Normal(1.02, 0.22), _Normal(0.32, 0.27), _Normal(0.07, 0.04), _FUR),
-    _Kind(0.25, _Normal(0.72, 0.32), _Normal(0.78, 0.16), _Normal(0.04, 0.04), _SOLID),
-    _Kind(0.25, _Normal(0.43, 0.18), _Normal(0.85, 0.16), _Normal(0.06, 0.04), _SOLID),
+    _Kind(0.45, _Normal(1.13, 0.17), _Normal(0.35, 0.27), _Normal(0.045, 0.045), _FUR, _FUR_BLURRED),
+    _Kind(0.25, _Normal(0.83, 0.32), _Normal(0.77, 0.17), _Normal(0.037, 0.035), _SOLID, _SOLID_BLURRED),
+    _Kind(0.25, _Normal(0.50, 0.22), _Normal(0.84, 0.18), _Normal(0.063, 0.03), _SOLID, _SOLID_BLURRED),
     _ANYTHING,
 )
 """Animals, stones, stumps."""
