@@ -58,7 +58,11 @@ class Flight(Protocol):
 
     @property
     def persons_enu_m(self) -> Sequence[Place]:
-        """Places of the persons."""
+        """Places of the persons at the beginning."""
+        ...
+
+    def persons_at(self, utc_s: float) -> Sequence[Place]:
+        """Return the places of the persons at a time of the clock that the fleet was switched on with."""
         ...
 
     @property

@@ -6,7 +6,7 @@ import logging
 import math
 import tempfile
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from itertools import pairwise
@@ -25,6 +25,9 @@ from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.search_settings import LookOrder
 from aos_gcs.runtime.planned_missions import planned_for, predicted, with_chosen_legs
 from aos_gcs.runtime.virtual_mission import FlownMission, fly, mission_settings, search_settings
+
+PersonsAt = Callable[[float], Sequence[Place]]
+"""Returns the places of the persons, some seconds after the start of a mission."""
 
 
 def fly_mission(settings: MissionsSettings, key: MissionKey) -> MissionResult:
@@ -96,22 +99,28 @@ def _without_notices() -> Iterator[None]:
 
 def judge(key: MissionKey, flight: Flight, mission: FlownMission, processor_s: float) -> MissionResult:
     """Return what a mission has come to."""
-    snapshot, persons_enu_m = mission.snapshot, flight.persons_enu_m
-    claims_enu_m = [one.position_enu_m[:2] for one in snapshot.findings if one.is_claimed and one.stands]
-    nearest_m = [_nearest_m(place, claims_enu_m) for place in persons_enu_m]
-    found = [place for place, error_m in zip(persons_enu_m, nearest_m, strict=True) if error_m <= HERE_M]
-    times_s = [_claimed_after_s(place, mission.conclusions) for place in found]
-    false_convergences, false_convergence_s = false_approaches(mission.steps, persons_enu_m)
+    snapshot, count = mission.snapshot, len(flight.persons_enu_m)
+
+    def persons_at(after_s: float) -> Sequence[Place]:
+        return flight.persons_at((snapshot.started_utc_s or 0.0) + after_s)
+
+    # Persons may walk: what was seen of one is compared with where it was then.
+    seen = [(one, one.position_enu_m[:2], persons_at(one.seen_at_s)) for one in snapshot.findings]
+    claims = [(place, persons) for one, place, persons in seen if one.is_claimed and one.stands]
+    nearest_m = [min((math.dist(place, them[row]) for place, them in claims), default=math.inf) for row in range(count)]
+    found = [row for row in range(count) if nearest_m[row] <= HERE_M]
+    times_s = [_claimed_after_s(row, persons_at, mission.conclusions) for row in found]
+    false_convergences, false_convergence_s = false_approaches(mission.steps, persons_at)
     stated = [
-        (one.person_confidence, _nearest_m(one.position_enu_m[:2], persons_enu_m) <= HERE_M)
-        for one in snapshot.findings
+        (one.person_confidence, _nearest_m(place, persons) <= HERE_M)
+        for one, place, persons in seen
         if one.merged_into is None and one.person_confidence is not None
     ]
     return MissionResult(
         key=key,
-        persons=len(persons_enu_m),
-        claims=len(claims_enu_m),
-        true_claims=sum(_nearest_m(claim, persons_enu_m) <= HERE_M for claim in claims_enu_m),
+        persons=count,
+        claims=len(claims),
+        true_claims=sum(_nearest_m(place, persons) <= HERE_M for place, persons in claims),
         persons_found=len(found),
         errors_m=tuple(error_m for error_m in nearest_m if error_m <= HERE_M),
         claimed_after_s=tuple(time_s for time_s in times_s if time_s is not None),
@@ -128,11 +137,11 @@ def judge(key: MissionKey, flight: Flight, mission: FlownMission, processor_s: f
         min_height_above_ground_m=flight.min_height_above_ground_m,
         probabilities=tuple(probability for probability, _ in stated),
         is_person=tuple(is_person for _, is_person in stated),
-        persons_noticed=sum(place in found or _is_looked_at(place, mission.steps) for place in persons_enu_m),
+        persons_noticed=sum(row in found or _is_looked_at(row, persons_at, mission.steps) for row in range(count)),
     )
 
 
-def false_approaches(steps: Sequence[StepRecord], persons_enu_m: Sequence[Place]) -> tuple[int, float]:
+def false_approaches(steps: Sequence[StepRecord], persons_at: PersonsAt) -> tuple[int, float]:
     """Return how often a swarm converged on something that is no person, and for how many seconds in all.
 
     A step of converging counts to the next step. Where its target is out of view, it is that of the step before; one
@@ -145,7 +154,7 @@ def false_approaches(steps: Sequence[StepRecord], persons_enu_m: Sequence[Place]
             target_enu_m = None
             continue
         place = target_enu_m if step.target_enu_m is None else step.target_enu_m[:2]
-        if place is None or _nearest_m(place, persons_enu_m) <= HERE_M:
+        if place is None or _nearest_m(place, persons_at(step.elapsed_s)) <= HERE_M:
             target_enu_m = None
             continue
         count += target_enu_m is None or math.dist(place, target_enu_m) > HERE_M
@@ -154,20 +163,24 @@ def false_approaches(steps: Sequence[StepRecord], persons_enu_m: Sequence[Place]
     return count, cost_s
 
 
-def _is_looked_at(place_enu_m: Place, steps: Sequence[StepRecord]) -> bool:
-    """Tell whether a close look was at something near a place."""
-    looks = (step.target_enu_m for step in steps if step.phase is Phase.CONVERGE)
-    return any(one is not None and math.dist(one[:2], place_enu_m) <= HERE_M for one in looks)
+def _is_looked_at(row: int, persons_at: PersonsAt, steps: Sequence[StepRecord]) -> bool:
+    """Tell whether a close look was at something near a person."""
+    looks = ((step, step.target_enu_m) for step in steps if step.phase is Phase.CONVERGE)
+    return any(
+        target is not None and math.dist(target[:2], persons_at(step.elapsed_s)[row]) <= HERE_M
+        for step, target in looks
+    )
 
 
 def _nearest_m(place_enu_m: Place, others_enu_m: Iterable[Place]) -> float:
     return min((math.dist(place_enu_m, other) for other in others_enu_m), default=math.inf)
 
 
-def _claimed_after_s(place_enu_m: Place, conclusions: Mapping[int, ConclusionRecord]) -> float | None:
-    """Return when a target near a place was first taken for a person for good."""
+def _claimed_after_s(row: int, persons_at: PersonsAt, conclusions: Mapping[int, ConclusionRecord]) -> float | None:
+    """Return when a target near a person was first taken for a person for good."""
     for _, conclusion in sorted(conclusions.items()):
-        claimed = [target.position_enu_m[:2] for target in conclusion.targets if target.kind in CLAIMED]
-        if _nearest_m(place_enu_m, claimed) <= HERE_M:
-            return conclusion.now_s
+        for target in conclusion.targets:
+            seen_at_s = conclusion.now_s if target.seen_at_s is None else target.seen_at_s
+            if target.kind in CLAIMED and math.dist(target.position_enu_m[:2], persons_at(seen_at_s)[row]) <= HERE_M:
+                return conclusion.now_s
     return None

@@ -8,13 +8,17 @@ from pathlib import Path
 import pytest
 
 from aos_gcs.errors import ConfigurationError, InputDataError
+from aos_gcs.imaging.persons.decision import FindingKind
 from aos_gcs.lab.missions.model import MissionKey, MissionResult, MissionsSettings, missing, mission_keys
 from aos_gcs.lab.missions.pairs import pair_missions, pairs_as_markdown
 from aos_gcs.lab.missions.report import BEGIN_MARK, as_markdown, missions_frame, summarise, write_document
 from aos_gcs.lab.missions.store import MISSIONS_FILE, MissionsFolder, reference_missions
+from aos_gcs.mission.model.decisions import ConclusionRecord
+from aos_gcs.mission.model.findings import Finding, FindingStatus, TargetEstimate
 from aos_gcs.mission.model.phase import Phase
-from aos_gcs.runtime.mission_study import false_approaches
-from tests.fakes.records import step_record
+from aos_gcs.runtime.mission_study import false_approaches, judge
+from aos_gcs.runtime.virtual_mission import FlownMission
+from tests.fakes.records import snapshot, step_record
 
 PERSON = (0.0, 0.0)
 FOUND = MissionResult(
@@ -86,8 +90,44 @@ def test_convergences_on_what_is_no_person_are_counted_with_their_time() -> None
         approach(8, Phase.SCAN, None),
         approach(9, Phase.CONVERGE, (30.0, 0.0)),  # the last step lasts for no time
     ]
-    assert false_approaches(steps, [PERSON]) == (3, 50.0)
-    assert false_approaches(steps, []) == (4, 60.0)
+    assert false_approaches(steps, lambda _: [PERSON]) == (3, 50.0)
+    assert false_approaches(steps, lambda _: []) == (4, 60.0)
+    assert false_approaches(steps, lambda after_s: [(0.5, 20.0) if after_s < 60.0 else (-20.0, 0.0)]) == (3, 50.0)
+
+
+class Walked:
+    """Flight past a person who walks east at 1 m/s from the world's beginning on, 60 s before the start."""
+
+    persons_enu_m = ((0.0, 0.0),)
+    min_separation_m, min_height_above_ground_m, landed = 4.0, None, 3
+    area_enu_m = ((0.0, 0.0), (100.0, 0.0), (100.0, 100.0))
+
+    def persons_at(self, utc_s: float) -> list[tuple[float, float]]:
+        return [(utc_s - 940.0, 0.0)]
+
+
+@pytest.mark.parametrize(("seen_at_s", "is_right"), [(10.0, True), (30.0, False)])
+def test_what_is_seen_of_one_who_walks_is_compared_with_where_the_person_was_then(
+    seen_at_s: float, is_right: bool
+) -> None:
+    place = (71.0, 0.0, 0.0)  # where the person was 10 s after the start, but for a metre
+    claim = Finding(
+        1, FindingStatus.NEW, place, 5.0, seen_at_s, 2, track_id=1, person_confidence=0.9, kind=FindingKind.PERSON
+    )
+    target = TargetEstimate(place, 0.3, 6, kind=FindingKind.PERSON, seen_at_s=seen_at_s)
+    last = replace(snapshot(), started_utc_s=1000.0, findings=(claim,))
+    concluded = ConclusionRecord(3, 40.0, True, Phase.FOUND, (target,))
+    steps = (
+        approach(1, Phase.CONVERGE, place[:2]),
+        approach(3, Phase.CONVERGE, place[:2]),
+        approach(4, Phase.SCAN, None),
+    )
+    result = judge(FOUND.key, Walked(), FlownMission(last, steps, {3: concluded}), 1.0)
+    assert (result.persons, result.claims, result.true_claims, result.persons_found) == (1, 1, is_right, is_right)
+    assert result.errors_m == ((1.0,) if is_right else ())
+    assert result.claimed_after_s == ((40.0,) if is_right else ())
+    assert result.is_person == (is_right,)
+    assert (result.false_convergences, result.persons_noticed) == (1, 1), "the second step looks where nobody is now"
 
 
 def test_figures_have_their_intervals() -> None:

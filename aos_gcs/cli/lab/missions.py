@@ -28,7 +28,7 @@ def missions(
         str,
         typer.Option(
             help="Conditions, separated by commas: cool, clear, overcast, night or warm; on the cool morning no-skin, "
-            "persons-2k-cooler, persons-4k-cooler, distractors-3k-warmer or blurred."
+            "persons-2k-cooler, persons-4k-cooler, distractors-3k-warmer, blurred, two-persons, pair or walking."
         ),
     ] = "cool",
     errors: Annotated[

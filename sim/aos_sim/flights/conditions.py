@@ -1,4 +1,4 @@
-"""Conditions of a study: weather and time of day, and hardships for the decision, all others on the cool morning."""
+"""Conditions of a study: weather and time of day; on the cool morning hardships for the decision, and other persons."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from aos_gcs.errors import ConfigurationError
 from aos_sim.errors.model import ErrorModel
 from aos_sim.world.conditions import Conditions
 from aos_sim.world.distractors import Distractor, DistractorKind
-from aos_sim.world.person import Person
-from aos_sim.world.scene import Scene
+from aos_sim.world.person import Person, Posture
+from aos_sim.world.scene import Scene, SceneParameters
 
 _NEVER_WARM = (DistractorKind.CLOTH, DistractorKind.WATER)
 
@@ -28,6 +28,20 @@ class StudyConditions:
     """Warming of animals, stones and stumps."""
     blur: float = 1.0
     """Factor of the standard deviation of both cameras' point spread functions."""
+    persons: int = 1
+    """Persons in a forest that is not empty."""
+    in_pairs: bool = False
+    """Whether every second person keeps company to the one before, 0.8 to 2 m away."""
+    walking_mps: float = 0.0
+    """Speed at which persons walk to and fro; 0: they stay, in the posture that is drawn."""
+
+    def drawn(self, parameters: SceneParameters) -> SceneParameters:
+        """Return the parameters of a scene with their weather, and their persons where it has any."""
+        persons = self.persons * parameters.persons
+        parameters = replace(parameters, conditions=self.weather, persons=persons, in_pairs=self.in_pairs)
+        if not self.walking_mps:
+            return parameters
+        return replace(parameters, posture=Posture.WALKING, walking_mps=self.walking_mps)
 
     def scene(self, scene: Scene) -> Scene:
         """Return a scene with its bodies altered; places and forest stay."""
@@ -73,6 +87,9 @@ STUDY_CONDITIONS: Mapping[str, StudyConditions] = {
     "persons-4k-cooler": StudyConditions(persons_cooler_k=4.0),
     "distractors-3k-warmer": StudyConditions(distractors_warmer_k=3.0),
     "blurred": StudyConditions(blur=2.0),
+    "two-persons": StudyConditions(persons=2),
+    "pair": StudyConditions(persons=2, in_pairs=True),
+    "walking": StudyConditions(walking_mps=1.0),
 }
 
 

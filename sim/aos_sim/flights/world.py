@@ -23,7 +23,6 @@ from aos_sim.flights.vehicle import FlownVehicle
 from aos_sim.render.renderer import Renderer
 from aos_sim.swarm import DEFAULT_ORIGIN, GRID_M, MAX_VEHICLES, home_positions_enu_m
 from aos_sim.vehicle.battery import Battery
-from aos_sim.world.conditions import Conditions
 from aos_sim.world.person import Posture
 from aos_sim.world.scene import Scene, SceneParameters, build_scene
 from aos_sim.world.terrain import is_file
@@ -87,6 +86,7 @@ class SimulatedFlight:
         self._seed = seed
         self._renderer = Renderer(scene, wind=errors.wind)
         self._swarm: FlownSwarm | None = None
+        self._start_utc_s: float | None = None
 
     @property
     def origin(self) -> GeodeticPosition:
@@ -102,6 +102,11 @@ class SimulatedFlight:
     def persons_enu_m(self) -> Sequence[Place]:
         """See :attr:`aos_gcs.lab.flights.Flight.persons_enu_m`."""
         return [_place(person.position_enu_m) for person in self._scene.persons]
+
+    def persons_at(self, utc_s: float) -> Sequence[Place]:
+        """See :meth:`aos_gcs.lab.flights.Flight.persons_at`."""
+        at_s = 0.0 if self._start_utc_s is None else utc_s - self._start_utc_s
+        return [_place(person.position_enu_m) for person in self._scene.persons_at(at_s)]
 
     @property
     def postures(self) -> Sequence[str]:
@@ -142,6 +147,7 @@ class SimulatedFlight:
 
     def fleet(self, clock: Clock) -> FlownFleet:
         """See :meth:`aos_gcs.lab.flights.Flight.fleet`."""
+        self._start_utc_s = clock.utc_s()
         frame, relief = LocalFrame(self.origin), self._scene.relief
         homes_enu_m = home_positions_enu_m(self._vehicles, relief, self._launch_spacing_m)
         swarm = self._swarm = FlownSwarm(
@@ -163,7 +169,7 @@ def build_simulated_flight(settings: FlightParameters) -> SimulatedFlight:
     """Build a flight; see :class:`aos_gcs.lab.flights.FlightBuilder`."""
     conditions = study_conditions(settings.conditions)
     errors = conditions.errors(error_model(settings.errors))
-    scene = conditions.scene(build_scene(_scene_parameters(settings, conditions.weather)))
+    scene = conditions.scene(build_scene(conditions.drawn(_scene_parameters(settings))))
     return SimulatedFlight(
         scene,
         errors,
@@ -174,7 +180,7 @@ def build_simulated_flight(settings: FlightParameters) -> SimulatedFlight:
     )
 
 
-def _scene_parameters(settings: FlightParameters, weather: Conditions) -> SceneParameters:
+def _scene_parameters(settings: FlightParameters) -> SceneParameters:
     """Draw what lies in the forest; a person's posture does not hang on whether there is one."""
     rng = np.random.default_rng([settings.seed, 0xF1])
     animals, stones, cloths, stumps, waters = (int(count) for count in rng.integers(0, MAX_OF_A_KIND + 1, 5))
@@ -194,7 +200,6 @@ def _scene_parameters(settings: FlightParameters, weather: Conditions) -> SceneP
         cloths=cloths,
         stumps=stumps,
         waters=waters,
-        conditions=weather,
         terrain=settings.terrain,
         dressed=True,
     )
