@@ -360,6 +360,19 @@ def test_a_track_that_goes_over_to_another_body_leaves_the_place_of_the_former_o
     assert estimate.position_enu_m == (4.4, 30.0, 0.0), "that of its body"
 
 
+def test_an_announced_person_is_given_with_the_time_at_which_it_was_last_seen_there() -> None:
+    """A person who had walked on for 20 s was said to be seen at that moment at a place 5 m away."""
+    tracker = TargetTracker(SETTINGS)
+    for now_s, kind in ((2.0, FindingKind.PERSON), (6.0, FindingKind.PERSON), (26.0, FindingKind.ANIMAL)):
+        tracker.observe(analysis(seen(4.4, 30.0)), now_s)
+        place = Geolocation(np.array([4.4, 30.0, 0.0]), 0.04 * np.eye(3), np.zeros((3, 3)))
+        tracker.judge({1: Judgement(Verdict(kind, 0.9, ()), place)})
+        tracker.settle(1, FindingKind.PERSON)
+    estimate = tracker.estimate()
+    assert estimate is not None
+    assert (estimate.sightings, estimate.seen_at_s) == (3, 6.0)
+
+
 def test_a_walker_out_of_view_is_given_where_it_was_last_seen() -> None:
     """A walker's track went on for 9 m, and the person that it showed was announced once more there."""
     follower = Follower()

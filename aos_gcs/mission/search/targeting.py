@@ -49,6 +49,18 @@ class _Seen:
         return self.is_marked if self.verdict.kind is FindingKind.ANOMALY else self.verdict.probability is not None
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Place:
+    """Place of a target, with its error and time."""
+
+    position_enu_m: NDArray[np.float64]
+    """Shape (3,)."""
+    covariance_m2: NDArray[np.float64]
+    """Horizontal, shape (2, 2)."""
+    seen_at_s: float
+    """Mission time at which it was seen there."""
+
+
 class TargetTracker:
     """Tracks everything that is seen, and reports one target at a time: that of the largest blob not settled yet.
 
@@ -72,10 +84,10 @@ class TargetTracker:
         """Verdict on each track that the latest step marks, or at which it shows something warm."""
         self._pools = Pools()
         """Verdicts on each track's body."""
-        self._person_places: dict[int, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
-        """Place and covariance of each track when a step last took it for a person."""
-        self._last_places: dict[int, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
-        """Place and covariance of each track when a step last showed it."""
+        self._person_places: dict[int, _Place] = {}
+        """Place of each track when a step last took it for a person."""
+        self._last_places: dict[int, _Place] = {}
+        """Place of each track when a step last showed it."""
         self._kinds: dict[int, FindingKind] = {}
         """What each track is taken for, where that is decided for good."""
         self._target: Track | None = None
@@ -266,25 +278,25 @@ class TargetTracker:
         return self._target is not None and track.track_id == self._target.track_id
 
     def _describe(self, track: Track) -> TargetEstimate:
-        position_enu_m, covariance_m2 = self._place(track)
+        place = self._place(track)
         verdict = self.verdict(track.track_id)
         east_mps, north_mps = track.velocity_enu_mps
         return TargetEstimate(
-            position_enu_m=_point(position_enu_m),
-            sigma_m=math.sqrt(float(np.trace(covariance_m2)) / 2.0),
+            position_enu_m=_point(place.position_enu_m),
+            sigma_m=math.sqrt(float(np.trace(place.covariance_m2)) / 2.0),
             sightings=track.hits,
             track_id=track.track_id,
             confirmed=track.confirmed,
-            ellipse=error_ellipse(covariance_m2),
+            ellipse=error_ellipse(place.covariance_m2),
             velocity_enu_mps=(float(east_mps), float(north_mps)),
-            seen_at_s=track.seen_at_s,
+            seen_at_s=place.seen_at_s,
             person_confidence=None if verdict is None else verdict.probability,
             kind=self._kinds.get(track.track_id, FindingKind.UNDECIDED),
             reasons=() if verdict is None else verdict.reasons,
         )
 
-    def _place(self, track: Track) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return where a target is, shape (3,), and the horizontal covariance: of its warm body, if it has one.
+    def _place(self, track: Track) -> _Place:
+        """Return where a target is: where its warm body is, if it has one.
 
         An announced person stays where it was last taken for one, when its track goes on to something else. A walking
         target that is out of view is given where it was last seen: where its track goes on to, nobody has seen it.
@@ -293,13 +305,14 @@ class TargetTracker:
         if judgement is not None and known is not None and self._kinds.get(track.track_id) is FindingKind.PERSON:
             verdict = judgement.verdict
             is_other = verdict.probability is not None and verdict.kind is not FindingKind.PERSON
-            if is_other or (track.stays and _is_elsewhere(judgement.place, known[0])):
+            if is_other or (track.stays and _is_elsewhere(judgement.place, known.position_enu_m)):
                 return known
         if judgement is not None and judgement.place is not None and track.stays:
-            return judgement.place.position_enu_m, judgement.place.covariance_m2[:2, :2]
+            return _Place(judgement.place.position_enu_m, judgement.place.covariance_m2[:2, :2], track.seen_at_s)
         if self._in_view(track.track_id) is None and track.track_id in self._last_places:
             return self._last_places[track.track_id]
-        return np.array([*track.position_enu_m, self._up_m[track.track_id]]), track.covariance_m2
+        position_enu_m = np.array([*track.position_enu_m, self._up_m[track.track_id]])
+        return _Place(position_enu_m, track.covariance_m2, track.seen_at_s)
 
 
 def _spread_m(positions_enu_m: Sequence[NDArray[np.float64]]) -> float:
