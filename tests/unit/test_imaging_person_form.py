@@ -242,3 +242,11 @@ def test_heights_that_vary_by_less_than_nothing_say_no_more() -> None:
     boar = replace(DEER, heights_m2=-0.15, length_m=1.25, width_m=0.5, spread_k=5.2, hot_share=0.2)
     assert log_ratio(boar) == log_ratio(replace(boar, heights_m2=-0.5)) == log_ratio(replace(boar, heights_m2=-0.05))
     assert log_ratio(boar) > log_ratio(replace(boar, heights_m2=0.0))
+
+
+def test_two_persons_side_by_side_are_persons_and_two_deer_or_a_trunk_are_none() -> None:
+    """Two persons 1.6 m apart were one body 3.2 m long, which was taken for nothing known, and not announced."""
+    two = Form(20, 3.2, 0.8, -0.29, 0.15, spread_k=7.4, hot_share=0.12)
+    assert log_ratio(two) > 0.4
+    assert log_ratio(replace(two, spread_k=4.6, hot_share=0.25)) < -1.0
+    assert log_ratio(replace(two, spread_k=1.4, hot_share=0.15)) < -1.0

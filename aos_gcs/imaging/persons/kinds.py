@@ -104,19 +104,29 @@ _SOLID_BLURRED = _Pattern(1.0, _Normal(3.4, 0.5), _Normal(0.16, 0.5))
 _ANY_PATTERN = _Pattern(1.0, _Normal(3.0, 0.8), _Normal(0.2, 0.8))
 _ANYTHING = _Kind(0.05, _Normal(0.8, 0.6), _Normal(0.5, 0.6), _Normal(0.06, 0.08), (_ANY_PATTERN,), _ANY_PATTERN)
 """What nobody has thought of."""
+
+
+def _two(patterns: tuple[_Pattern, ...], out_of_focus: _Pattern) -> _Kind:
+    """Return two bodies side by side, 0.8 to 2.5 m apart, which nothing tells apart: they are seen as one."""
+    return _Kind(0.05, _Normal(2.4, 0.35), _Normal(0.28, 0.45), _Normal(0.05, 0.09), patterns, out_of_focus)
+
+
 _PERSONS = (
     _Kind(0.53, _Normal(0.59, 0.12), _Normal(0.66, 0.27), _Normal(0.149, 0.035), _CLAD, _CLAD_BLURRED),
     _Kind(0.25, _Normal(0.69, 0.12), _Normal(0.69, 0.18), _Normal(0.034, 0.035), _CLAD, _CLAD_BLURRED),
     _Kind(0.20, _Normal(1.40, 0.09), _Normal(0.39, 0.14), _Normal(-0.01, 0.05), _CLAD, _CLAD_BLURRED),
+    _two(_CLAD, _CLAD_BLURRED),
 )
-"""Standing or walking, sitting, lying; a body on the ground is seen a little stretched the other way."""
+"""Standing or walking, sitting, lying, two; a body on the ground is seen a little stretched the other way."""
 _OTHERS = (
     _Kind(0.45, _Normal(1.13, 0.17), _Normal(0.35, 0.27), _Normal(0.045, 0.045), _FUR, _FUR_BLURRED),
     _Kind(0.25, _Normal(0.83, 0.32), _Normal(0.77, 0.17), _Normal(0.037, 0.035), _SOLID, _SOLID_BLURRED),
     _Kind(0.25, _Normal(0.50, 0.22), _Normal(0.84, 0.18), _Normal(0.063, 0.03), _SOLID, _SOLID_BLURRED),
+    _two(_FUR, _FUR_BLURRED),
+    _two(_SOLID, _SOLID_BLURRED),
     _ANYTHING,
 )
-"""Animals, stones, stumps."""
+"""Animals, stones, stumps, two animals, two stones or a trunk."""
 _UNUSUAL_PERSONS = 0.02
 """Share of persons of whom nobody has thought."""
 
