@@ -65,6 +65,23 @@ async def test_a_mission_that_has_ended_shows_nothing_older_than_now() -> None:
         following.cancel()
 
 
+async def test_who_comes_after_the_end_of_a_mission_may_ask_for_a_new_sortie() -> None:
+    """The last page was closed before the landing; one opened after it was told the age of what that had shown."""
+    flight = prepare(target=None)
+    hub = EventHub(flight.view)
+    async with flying(flight) as run:
+        following = asyncio.create_task(hub.run())
+        with hub.connect():
+            await flight.until(lambda: flight.mission.phase is Phase.SCAN)
+            await asyncio.sleep(1.0)
+        await run
+        await asyncio.sleep(60.0)
+        with hub.connect():
+            now_s = asyncio.get_running_loop().time()
+            assert parse_seen(hub.shown()).at_s == pytest.approx(now_s, abs=0.01)
+        following.cancel()
+
+
 async def test_what_a_mission_shows_that_hangs_gets_older() -> None:
     flight = prepare(auto_start=False)
     hub = EventHub(flight.view)

@@ -144,6 +144,9 @@ class EventHub:
     def connect(self) -> Iterator[Outbox]:
         """Collect messages for a client for as long as the context is entered; the first one is ``hello``."""
         outbox = Outbox(self._state, self._hello_text, self.mission_age_s, self.shown)
+        if not self._outboxes:
+            # What the former clients were shown last: this one is greeted with the present state.
+            self._shown = None
         self._outboxes.add(outbox)
         try:
             yield outbox
