@@ -114,7 +114,7 @@ class EventHub:
         """Time, revision of the state, number of the latest event and text of the latest greeting."""
         self._control: Control | None = None
         self._shown: MissionSnapshot | None = None
-        """The snapshot that clients were shown last."""
+        """The snapshot that was published last; clients are shown it, or greeted with a later one."""
 
     def show_control(self, control: Control) -> None:
         """Show from now on who has control."""
@@ -144,9 +144,6 @@ class EventHub:
     def connect(self) -> Iterator[Outbox]:
         """Collect messages for a client for as long as the context is entered; the first one is ``hello``."""
         outbox = Outbox(self._state, self._hello_text, self.mission_age_s, self.shown)
-        if not self._outboxes:
-            # What the former clients were shown last: this one is greeted with the present state.
-            self._shown = None
         self._outboxes.add(outbox)
         try:
             yield outbox
@@ -235,8 +232,8 @@ class EventHub:
         if isinstance(event.data, MissionSnapshot):
             self._hear()
             self._acknowledged_ids = frozenset(each.notice_id for each in event.data.acknowledgements)
+            self._shown = event.data
             if self._outboxes:
-                self._shown = event.data
                 self._take_state(self._model(event.data), event.utc_s)
             return
         self._seq += 1
