@@ -45,8 +45,8 @@ class VirtualTimeLoop(asyncio.SelectorEventLoop):
             future.set_exception(error)
         return future
 
-    async def shutdown_default_executor(self, timeout: float | None = None) -> None:  # noqa: ASYNC109 - asyncio's name
-        """Leave it as it is: nothing was handed over to it, and it would be shut down in a thread."""
+    def set_default_executor(self, executor: Any) -> None:
+        """Do without it: nothing is handed over to it, and at the end a thread would shut it down."""
 
     def _pass_time(self, timeout_s: float | None) -> list[Any]:
         if timeout_s is None:
