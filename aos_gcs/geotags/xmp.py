@@ -6,6 +6,7 @@ Photographs come from outside: XML is parsed by defusedxml.
 
 from __future__ import annotations
 
+import re
 from typing import Any, Final
 from xml.etree.ElementTree import Element, ParseError
 
@@ -15,6 +16,8 @@ from aos_gcs.extras import load_extra
 _MAX_DEPTH: Final = 64
 """Deepest nesting of elements; packets of cameras have up to about ten."""
 _RDF = "{http://www.w3.org/1999/02/22-rdf-syntax-ns#}"
+_END = b"</x:xmpmeta>"
+_REPEATED_NAMESPACE = re.compile(rb"""(\sxmlns:([\w.-]+)=("[^"]*"|'[^']*'))(?:\s+xmlns:\2=\3)+""")
 
 
 def parse_xmp(packet: bytes) -> dict[str, str]:
@@ -27,8 +30,7 @@ def parse_xmp(packet: bytes) -> dict[str, str]:
     """
     defusedxml: Any = load_extra("defusedxml.ElementTree", "geo", "Reading the position of a photograph")
     try:
-        # Packets are padded with spaces, some with zeros.
-        root: Element = defusedxml.fromstring(packet.strip(b"\0 \r\n\t"))
+        root: Element = defusedxml.fromstring(_well_formed(packet))
     except (ParseError, ValueError) as error:
         # What defusedxml forbids derives from ValueError.
         raise InputDataError(f"its XMP is not valid XML: {error}") from error
@@ -39,6 +41,16 @@ def parse_xmp(packet: bytes) -> dict[str, str]:
         for name, value in _properties(description):
             table.setdefault(name, value)
     return table
+
+
+def _well_formed(packet: bytes) -> bytes:
+    """Return a packet as its camera meant it.
+
+    Packets are padded with spaces, some with zeros; the Zenmuse XT S declares a namespace twice, and leaves the
+    instruction behind the document unfinished.
+    """
+    document, end, _ = packet.rpartition(_END)
+    return _REPEATED_NAMESPACE.sub(rb"\1", (document + end or packet).strip(b"\0 \r\n\t"))
 
 
 def _is_deep(root: Element) -> bool:

@@ -225,6 +225,13 @@ def test_the_time_is_known_where_its_zone_is(
     assert exif_tags(Tags(), WIDTH).utc_s == (None if expected is None else pytest.approx(expected))
 
 
+def test_a_packet_of_the_zenmuse_xt_s_is_read() -> None:
+    """It declares a namespace twice, and its last instruction is cut off."""
+    namespace = b'xmlns:drone-dji="http://www.dji.com/drone-dji/1.0/"'
+    packet = xmp_packet(DJI).replace(namespace, namespace + b"\n" + namespace)
+    assert parse_xmp(packet[:-1] + b"\0\0") == parse_xmp(xmp_packet(DJI))
+
+
 def test_values_that_no_aircraft_has_are_refused() -> None:
     """A single photograph is left out by them; the others are used."""
     with pytest.raises(InputDataError, match="nested too deeply"):
