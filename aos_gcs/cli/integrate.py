@@ -52,6 +52,7 @@ def integrate(
     ground: survey_options.Ground = None,
     sensor: survey_options.SensorName = None,
     degrees: survey_options.Degrees = None,
+    dji_sdk: survey_options.DjiSdk = None,
     skip_broken: survey_options.SkipBroken = False,
     plane_z: autofocus_options.PlaneZ = None,
     tilt: surface_options.Tilt = None,
@@ -123,6 +124,7 @@ def integrate(
         ground_amsl_m=ground,
         sensor=sensor,
         degrees=degrees,
+        dji_sdk=dji_sdk,
         skip_broken=skip_broken,
     )
     inputs = (path for path in (poses, dem, camera, calibration) if path is not None)

@@ -64,6 +64,7 @@ def survey(
     ground: survey_options.Ground = None,
     sensor: survey_options.SensorName = None,
     degrees: survey_options.Degrees = None,
+    dji_sdk: survey_options.DjiSdk = None,
     plane_z: autofocus_options.PlaneZ = None,
     dem: surface_options.Dem = None,
     dem_offset: surface_options.DemOffset = None,
@@ -107,6 +108,7 @@ def survey(
         ground=ground,
         sensor=sensor,
         degrees=degrees,
+        dji_sdk=dji_sdk,
         plane_z=plane_z,
         dem=dem,
         dem_offset=dem_offset,
@@ -143,6 +145,7 @@ class _Recording:
     ground: float | None
     sensor: Any
     degrees: str | None
+    dji_sdk: Path | None
     plane_z: float | None
     dem: Path | None
     dem_offset: float | None
@@ -160,7 +163,7 @@ class _Recording:
         files = (self.poses, self.dem, optics.camera, optics.calibration)
         options = (
             *(optics.fov_deg, optics.lens, optics.fisheye, self.origin, self.convention, self.frames, self.ground),
-            *(self.sensor, self.degrees, self.plane_z, self.dem_offset, self.system and self.system.name),
+            *(self.sensor, self.degrees, self.dji_sdk, self.plane_z, self.dem_offset, self.system and self.system.name),
             *(self.detection.detector, self.detection.min_score, self.detection.false_alarms_per_ha),
         )
         return {
@@ -204,6 +207,7 @@ class _Recording:
             ground_amsl_m=self.ground,
             sensor=self.sensor,
             degrees=self.degrees,
+            dji_sdk=self.dji_sdk,
             skip_broken=True,
         )
         if self.system is not None and opened.origin is None:

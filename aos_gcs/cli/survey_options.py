@@ -20,10 +20,11 @@ from aos_gcs.geometry.heights import SEA_LEVEL, AmslM
 from aos_gcs.geotags.sensors import Sensor
 from aos_gcs.input_values import printable
 from aos_gcs.surveys.conventions import NAMES, PoseConvention, parse_convention
-from aos_gcs.surveys.flir import Scene
 from aos_gcs.surveys.model import Survey, SurveyImage
 from aos_gcs.surveys.photos import read_photos
 from aos_gcs.surveys.poses_file import is_place, read_poses
+from aos_gcs.surveys.radiometric.dji import find_library
+from aos_gcs.surveys.radiometric.settings import Scene, TemperatureSettings
 
 PANEL = "Recording"
 
@@ -125,9 +126,18 @@ Degrees = Annotated[
     typer.Option(
         "--degrees",
         metavar="SETTINGS",
-        help="Read the temperatures of radiometric photographs of FLIR, degrees Celsius. SETTINGS are 'recorded', or "
-        "replace what the camera was set to: emissivity=0.97,distance=40,humidity=0.6,reflected=5,air=12 (metres, "
-        "share, degrees Celsius).",
+        help="Read the temperatures of radiometric photographs of FLIR and DJI, degrees Celsius. SETTINGS are "
+        "'recorded', or replace what the camera was set to: emissivity=0.97,distance=20,humidity=0.6,reflected=5,"
+        "air=12 (metres, share, degrees Celsius).",
+        rich_help_panel=PANEL,
+    ),
+]
+DjiSdk = Annotated[
+    Path | None,
+    typer.Option(
+        "--dji-sdk",
+        metavar="DIR",
+        help="Folder of DJI's Thermal SDK for Linux, by which --degrees reads the photographs of DJI.",
         rich_help_panel=PANEL,
     ),
 ]
@@ -187,6 +197,7 @@ def open_survey(
     ground_amsl_m: float | None = None,
     sensor: Sensor | None = None,
     degrees: str | None = None,
+    dji_sdk: Path | None = None,
     skip_broken: bool = False,
 ) -> Survey:
     """Open a recording; the number of skipped images is printed on standard error.
@@ -197,6 +208,8 @@ def open_survey(
     """
     camera, lens, calibration = optics.read()
     chosen = slice(None) if frames is None else _frames(frames)
+    if dji_sdk is not None and degrees is None:
+        raise ConfigurationError("--dji-sdk requires --degrees.")
     if poses is not None:
         if ground_amsl_m is not None:
             raise ConfigurationError("--ground applies to photographs with their own positions, not to --poses.")
@@ -227,7 +240,7 @@ def open_survey(
             lens=lens,
             sensor=sensor,
             frames=chosen,
-            scene=None if degrees is None else _scene(degrees),
+            temperatures=_temperatures(degrees, dji_sdk),
         )
     report_skipped(len(survey.images) + len(survey.left_out), list(survey.left_out.items()))
     for remark in survey.remarks:
@@ -304,6 +317,12 @@ _SCENE = {
     "air": ("air_c", -60.0, 60.0),
 }
 """Settings of ``--degrees``: field, least and largest value."""
+
+
+def _temperatures(degrees: str | None, dji_sdk: Path | None) -> TemperatureSettings | None:
+    if degrees is None:
+        return None
+    return TemperatureSettings(_scene(degrees), None if dji_sdk is None else find_library(dji_sdk))
 
 
 def _scene(text: str) -> Scene:

@@ -16,8 +16,9 @@ from aos_gcs.equal_bands import COLOURS, GREY, without_equal_bands
 from aos_gcs.errors import InputDataError
 from aos_gcs.image_headers import FileContent, TornImageError, is_cut_off, picture_sizes
 from aos_gcs.imaging.model import Frame
-from aos_gcs.surveys.flir import Scene, read_radiometric
 from aos_gcs.surveys.model import SurveyImage
+from aos_gcs.surveys.radiometric.reading import read_temperatures
+from aos_gcs.surveys.radiometric.settings import TemperatureSettings
 
 SUFFIXES = frozenset({".png", ".jpg", ".jpeg", ".tif", ".tiff"})
 """Endings of the names of image files that can be read."""
@@ -26,6 +27,10 @@ MAX_PIXELS = 250_000_000
 """Largest image that is decoded; a small file can claim, and compress, far more."""
 
 THERMAL = ("thermal",)
+
+# TIFF files of cameras have tags that OpenCV does not know, and would name one by one for each file.
+cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_ERROR)
+
 _VALUES = {"uint8": "8-bit", "uint16": "16-bit", "float32": "32-bit floating-point"}
 """Names of the types of values that are read."""
 
@@ -62,7 +67,7 @@ def read_frame(image: SurveyImage, bands: tuple[str, ...], vehicle_id: int = 0) 
         InputDataError: if it is missing, unreadable, incomplete, or has not the size of its camera, the bands, or the
             type of values of its recording.
     """
-    pixels = read_image(image.path) if image.scene is None else read_celsius(image.path, image.scene)
+    pixels = read_image(image.path) if image.temperatures is None else read_celsius(image.path, image.temperatures)
     if bands == GREY:
         pixels = without_equal_bands(pixels)
     expected = image.camera.height_px, image.camera.width_px, len(bands)
@@ -113,14 +118,15 @@ def read_image(path: Path) -> NDArray[Any]:
     return np.ascontiguousarray(image[:, :, 2::-1])
 
 
-def read_celsius(path: Path, scene: Scene) -> NDArray[np.float32]:
+def read_celsius(path: Path, settings: TemperatureSettings) -> NDArray[np.float32]:
     """Return the temperatures of a radiometric photograph, degrees Celsius, shape (H, W, 1).
 
     Raises:
         InputDataError: if it is missing, or has none that can be read.
+        ConfigurationError: if DJI's Thermal SDK is not usable.
     """
     try:
-        return read_radiometric(path.read_bytes()).celsius(scene)[:, :, np.newaxis]
+        return read_temperatures(path.read_bytes(), settings).celsius[:, :, np.newaxis]
     except OSError as error:
         raise InputDataError(f"The image {path} cannot be read: {error.strerror}.") from error
     except InputDataError as error:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.geometry.poses import Pose
-from aos_gcs.surveys.flir import Scene
+from aos_gcs.surveys.radiometric.settings import TemperatureSettings
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,8 +27,8 @@ class SurveyImage:
     """Type of its values; None: any that is read."""
     taken_at_s: float | None = None
     """Time of exposure by the camera's clock, from an arbitrary start; None where it is not recorded."""
-    scene: Scene | None = None
-    """Conditions under which temperatures are read from a radiometric photograph; None: its picture is read."""
+    temperatures: TemperatureSettings | None = None
+    """Settings under which its temperatures are read; None: its picture is read."""
     position_sigma_m: tuple[float, float, float] | None = None
     """Standard deviations of the position along x, y and z; None where they are not recorded."""
 

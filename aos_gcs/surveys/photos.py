@@ -22,9 +22,10 @@ from aos_gcs.geotags.photo import Geotag, read_geotag
 from aos_gcs.geotags.sensors import Sensor
 from aos_gcs.input_values import require_folder
 from aos_gcs.surveys.apart import far_apart
-from aos_gcs.surveys.flir import Scene, read_radiometric
 from aos_gcs.surveys.images import THERMAL, bands_of, check_image, read_image
 from aos_gcs.surveys.model import Survey, SurveyImage
+from aos_gcs.surveys.radiometric.reading import read_temperatures
+from aos_gcs.surveys.radiometric.settings import TemperatureSettings
 
 _ALIKE_FOV = 1.3
 """Ratio of fields of view up to which photographs are of one camera."""
@@ -51,7 +52,7 @@ def read_photos(
     lens: LensDistortion | None = None,
     sensor: Sensor | None = None,
     frames: slice = slice(None),
-    scene: Scene | None = None,
+    temperatures: TemperatureSettings | None = None,
 ) -> Survey:
     """Read the geotags of all JPEG files of a folder and of the folders in it, or where it has none of its TIFF files.
 
@@ -66,12 +67,12 @@ def read_photos(
         sensor: leaves out the pictures of other sensors; needed where a folder has those of several. None: models of
             cameras, sizes of pictures (in either orientation) and fields of view must agree as well.
         frames: photographs that are looked at, in the order of their names, those of a folder together.
-        scene: conditions under which temperatures are read from radiometric photographs; None: pictures are read.
+        temperatures: settings under which temperatures are read from radiometric photographs; None: pictures are read.
 
     Raises:
         InputDataError: if there is no photograph, none can be used, or several cameras have taken them; the text names
             the reason.
-        ConfigurationError: if pillow or defusedxml is not installed.
+        ConfigurationError: if pillow or defusedxml is not installed, or DJI's Thermal SDK is not usable.
     """
     require_folder(folder, f"The image folder {folder}")
     paths = _photographs_in(folder)
@@ -89,11 +90,11 @@ def read_photos(
     by_size: dict[int, list[Path]] = {}
     for path in paths:
         try:
-            photo = _read(path, ground_amsl_m, optics, lens, scene)
+            photo = _read(path, ground_amsl_m, optics, lens, temperatures)
             _refuse_other_sensor(photo.tag.sensor, sensor)
             _refuse_copy(path, by_size.setdefault(path.stat().st_size, []))
             if bands is None:
-                pixels = None if scene is not None else read_image(path)
+                pixels = None if temperatures is not None else read_image(path)
                 bands, dtype = (THERMAL, None) if pixels is None else (bands_of(pixels), pixels.dtype)
         except InputDataError as error:
             left_out[path.relative_to(folder).as_posix()] = str(error)
@@ -112,7 +113,9 @@ def read_photos(
         photos[0].tag.longitude_deg,
         AmslM(float(np.median([photo.ground_amsl_m for photo in photos]))),
     )
-    images = tuple(replace(_placed(photo, LocalFrame(origin)), dtype=dtype, scene=scene) for photo in photos)
+    images = tuple(
+        replace(_placed(photo, LocalFrame(origin)), dtype=dtype, temperatures=temperatures) for photo in photos
+    )
     return Survey(images, bands, origin, left_out, remarks=_remarks(photos))
 
 
@@ -153,18 +156,19 @@ def _remarks(photos: Sequence[_Photo]) -> tuple[str, ...]:
     return tuple(remarks)
 
 
-def _radiometric_camera(path: Path, tag: Geotag, optics: float | Intrinsics | None, scene: Scene) -> CameraModel:
+def _radiometric_camera(
+    path: Path, tag: Geotag, optics: float | Intrinsics | None, settings: TemperatureSettings
+) -> CameraModel:
     """Return the camera of the temperatures of a photograph, which may have another size than its picture.
 
     Raises:
         InputDataError: if it has no temperatures.
     """
-    image = read_radiometric(path.read_bytes())
-    image.celsius(scene)
-    height_px, width_px = image.counts.shape
+    temperatures = read_temperatures(path.read_bytes(), settings)
+    height_px, width_px = temperatures.celsius.shape
     if isinstance(optics, Intrinsics):
         return optics.camera(width_px, height_px)
-    fov_rad = optics or image.horizontal_fov_rad or tag.camera().horizontal_fov_rad
+    fov_rad = optics or temperatures.horizontal_fov_rad or tag.camera().horizontal_fov_rad
     return CameraModel.from_fov(width_px, height_px, fov_rad)
 
 
@@ -173,12 +177,12 @@ def _read(
     ground_amsl_m: float | None,
     optics: float | Intrinsics | None,
     lens: LensDistortion | None,
-    scene: Scene | None,
+    temperatures: TemperatureSettings | None,
 ) -> _Photo:
     check_image(path)
     tag = read_geotag(path)
-    if scene is not None:
-        camera = _radiometric_camera(path, tag, optics, scene)
+    if temperatures is not None:
+        camera = _radiometric_camera(path, tag, optics, temperatures)
     elif isinstance(optics, Intrinsics):
         camera = optics.camera(tag.width_px, tag.height_px)
     else:

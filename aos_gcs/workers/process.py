@@ -10,10 +10,10 @@ import signal
 import socket
 import subprocess
 import sys
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import asynccontextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, ParamSpec, TypeVar, cast
 
 from aos_gcs.errors import WorkerError
@@ -58,6 +58,8 @@ class WorkerSettings:
     """Modules that it imports before the first call."""
     niceness: int = NICENESS
     """Distance of its priority from the usual one, as for ``nice``."""
+    environment: Mapping[str, str] = field(default_factory=dict)
+    """Variables of its environment beside those of this process, or in their place."""
 
 
 class StillStartingError(WorkerError):
@@ -150,7 +152,7 @@ class Child:
                     pass_fds=fds,
                     stdin=subprocess.DEVNULL,
                     stdout=subprocess.DEVNULL,
-                    env={**_ENVIRONMENT, **os.environ, "PYTHONPATH": path},
+                    env={**_ENVIRONMENT, **os.environ, **settings.environment, "PYTHONPATH": path},
                     start_new_session=True,
                 )
             except OSError:

@@ -15,6 +15,8 @@ import pytest
 
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.surveys.photos import read_photos
+from aos_gcs.surveys.radiometric.dji import thermal_sdk
+from tests.fakes import dji_sdk
 from tests.fakes.command_line import exit_status
 from tests.fakes.flir_photographs import make_radiometric
 from tests.fakes.photographs import exif_block, write_photograph, write_temperatures, xmp_packet
@@ -309,6 +311,29 @@ def test_radiometric_photographs_become_degrees(tmp_path: Path, capfd: pytest.Ca
     assert np.nanmean(degrees) == pytest.approx(12.0 + (np.nanmean(shades) - 120.0) / 10.0, abs=1.0)
     assert exit_status(photographs.arguments("--ortho", 0.25, "--degrees", "emissivity=0.8,reflected=-30")) == 0
     assert np.nanmean(np.load(photographs.out)) > np.nanmean(degrees) + 2.0
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler")
+def test_photographs_of_dji_become_degrees_by_its_sdk(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    photographs = Photographs(tmp_path)
+    photographs.out = tmp_path / "map.npy"
+    for index in range(5):
+        dji_sdk.insert(photographs.images / f"{index}.jpg", dji_sdk.RADIOMETRIC)
+    dji_sdk.insert(photographs.images / "5.jpg", dji_sdk.CRASHING)
+    library = dji_sdk.build(tmp_path / "sdk" / "linux" / "release_x64")
+    degrees = ("--ortho", 0.25, "--degrees", "recorded")
+    assert exit_status(photographs.arguments(*degrees)) == 2
+    assert "0.jpg: it is a picture of DJI" in capfd.readouterr().err
+    assert exit_status(photographs.arguments(*degrees, "--dji-sdk", tmp_path / "sdk")) == 0
+    assert "1 of 6 images are skipped; 5.jpg: DJI's Thermal SDK has ended" in capfd.readouterr().err
+    measured = dji_sdk.celsius()
+    assert measured.min() <= np.nanmin(np.load(photographs.out)) < np.nanmax(np.load(photographs.out)) <= measured.max()
+    thermal_sdk(library).close()
+
+
+def test_an_sdk_needs_degrees(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    assert exit_status(Photographs(tmp_path).arguments("--ortho", 0.5, "--dji-sdk", tmp_path)) == 2
+    assert "--dji-sdk requires --degrees" in capfd.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.errors import InputDataError
 from aos_gcs.image_headers import PNG_START
+from aos_gcs.surveys.radiometric.settings import Scene
 
 _ZERO_CELSIUS_K = 273.15
 _SEGMENT_START = b"FLIR\0\x01"
@@ -52,21 +53,8 @@ _CAMERA_FIELDS = {
 """Places of fields in the record of the camera, with struct's codes."""
 
 
-@dataclass(frozen=True, slots=True)
-class Scene:
-    """Conditions of a measurement; None: as the camera was set."""
-
-    emissivity: float | None = None
-    distance_m: float | None = None
-    humidity: float | None = None
-    """Relative, 0 to 1."""
-    reflected_c: float | None = None
-    """Apparent temperature of what the object reflects: of the sky, or of the crowns."""
-    air_c: float | None = None
-
-
 @dataclass(frozen=True, slots=True, eq=False)
-class RadiometricImage:
+class FlirImage:
     """Counts of the sensor with the camera's constants."""
 
     counts: NDArray[np.uint16]
@@ -138,20 +126,15 @@ def _as_share(humidity: float) -> float:
     return humidity / 100.0 if humidity > 2.0 else humidity
 
 
-def read_radiometric(content: bytes) -> RadiometricImage:
-    """Read a radiometric JPEG file.
+def read_flir(content: bytes) -> FlirImage | None:
+    """Read a radiometric JPEG file; None if it has no data of FLIR.
 
     Raises:
-        InputDataError: with the reason alone, so that it can stand behind the file's name.
+        InputDataError: if they are damaged; with the reason alone, so that it can stand behind the file's name.
     """
     container = _container(content)
     if container is None:
-        if b"DJI" in content[:65_536]:
-            raise InputDataError(
-                "it is a picture of DJI, whose temperatures are not decoded here: convert it to TIFF of floating-point "
-                "numbers in a folder of their own, with DJI's Thermal SDK or the package dji-thermal-cli"
-            )
-        raise InputDataError("it has no radiometric data of FLIR")
+        return None
     try:
         records = _records(container)
         camera, raw = records.get(_CAMERA_INFO), records.get(_RAW_DATA)
@@ -164,7 +147,7 @@ def read_radiometric(content: bytes) -> RadiometricImage:
         raise InputDataError("its FLIR data are incomplete") from error
     if not all(map(math.isfinite, fields.values())) or min(fields["R1"], fields["R2"], fields["B"]) <= 0.0:
         raise InputDataError("its Planck constants are not usable")
-    return RadiometricImage(counts, {name: float(value) for name, value in fields.items()})
+    return FlirImage(counts, {name: float(value) for name, value in fields.items()})
 
 
 def _container(content: bytes) -> bytes | None:
