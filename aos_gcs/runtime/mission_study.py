@@ -109,7 +109,9 @@ def judge(key: MissionKey, flight: Flight, mission: FlownMission, processor_s: f
     claims = [(place, persons) for one, place, persons in seen if one.is_claimed and one.stands]
     nearest_m = [min((math.dist(place, them[row]) for place, them in claims), default=math.inf) for row in range(count)]
     found = [row for row in range(count) if nearest_m[row] <= HERE_M]
-    times_s = [_claimed_after_s(row, persons_at, mission.conclusions) for row in found]
+    # What is announced when the search ends is so behind the last step.
+    at_last_s = mission.steps[-1].elapsed_s if mission.steps else None
+    times_s = [_claimed_after_s(row, persons_at, mission.conclusions) or at_last_s for row in found]
     false_convergences, false_convergence_s = false_approaches(mission.steps, persons_at)
     stated = [
         (one.person_confidence, _nearest_m(place, persons) <= HERE_M)

@@ -30,6 +30,9 @@ TOGETHER = 0.6
 AT_ONCE = 0.8
 """Probability from which a person is announced before that: of a hot stone or an animal that is looked at for minutes,
 the worst moment counts."""
+AT_LAST = 0.35
+"""Probability from which a body that was looked at, and not decided, is announced when the search ends: no further look
+is to come, and to miss a person costs more than to walk to a stone."""
 SURELY_OTHER = 0.01
 """Probability up to which a body that most vehicles see needs no longer look."""
 MOST = 0.6

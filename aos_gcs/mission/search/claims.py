@@ -6,10 +6,10 @@ import math
 from collections.abc import Sequence
 from collections.abc import Set as AbstractSet
 
-from aos_gcs.imaging.persons.decision import CLAIMED, SURELY_OTHER, FindingKind
+from aos_gcs.imaging.persons.decision import AT_LAST, CLAIMED, SURELY_OTHER, FindingKind
 from aos_gcs.imaging.step.judgement import SETTLED_BY_FEW_M, SETTLED_M
 from aos_gcs.mission.journal import Announcer
-from aos_gcs.mission.model.findings import KIND_NAMES, FindingStatus, TargetEstimate
+from aos_gcs.mission.model.findings import KIND_NAMES, Finding, FindingStatus, TargetEstimate
 from aos_gcs.mission.search.findings import Findings
 from aos_gcs.mission.search.looks import Looks
 from aos_gcs.mission.search.persons import SUSPICION
@@ -225,6 +225,22 @@ class Claims:
         if target is not None and verdict is not None and verdict.kind is FindingKind.PERSON:
             self._decide(target)
 
+    def announce_at_last(self) -> None:
+        """Announce what the search ends without deciding, where it was looked at and is not unlikely to be a person."""
+        for finding in self._findings.all():
+            place = finding.position_enu_m[:2]
+            persons_enu_m = [person.position_enu_m[:2] for person in self._findings.persons()]
+            is_open = finding.status is FindingStatus.NEW and not finding.is_claimed and finding.merged_into is None
+            is_likely = (finding.person_confidence or 0.0) >= AT_LAST and not finding.found_in
+            is_looked_at = _is_within(place, self._looks.settled_enu_m, SETTLED_M)
+            if not (is_open and is_likely and is_looked_at) or _is_within(place, persons_enu_m, SETTLED_BY_FEW_M):
+                continue
+            self._findings.announce(finding.finding_id)
+            if finding.track_id is not None:
+                self._tracker.settle(finding.track_id, FindingKind.PERSON)
+            text = f"{describe(finding, FindingKind.PERSON)}. The search ends before this is sure"
+            self._tell_claim(text, finding.track_id)
+
     def _is_person(self, target: TargetEstimate, *, is_present: bool) -> bool:
         if not target.confirmed or self._findings.at(target, FindingStatus.REJECTED):
             return False
@@ -269,7 +285,10 @@ class Claims:
         verdict = self._tracker.verdict(target.track_id)
         kind = FindingKind.PERSON if verdict is None or verdict.kind not in CLAIMED else verdict.kind
         self._tracker.settle(target.track_id, kind)
-        self._journal.notice(Severity.NEWS, describe(target, kind), track_id=target.track_id)
+        self._tell_claim(describe(target, kind), target.track_id)
+
+    def _tell_claim(self, text: str, track_id: int | None) -> None:
+        self._journal.notice(Severity.NEWS, text, track_id=track_id)
         if self.first_at_s is None:
             self.first_at_s = self._journal.elapsed_s()
 
@@ -278,7 +297,7 @@ def _is_within(place: tuple[float, float], others: Sequence[tuple[float, float]]
     return any(math.dist(place, other) <= distance_m for other in others)
 
 
-def describe(target: TargetEstimate, kind: FindingKind) -> str:
+def describe(target: TargetEstimate | Finding, kind: FindingKind) -> str:
     """Return what was seen, where, how sure that is, and why."""
     confidence, (east_m, north_m, _) = target.person_confidence, target.position_enu_m
     likely = (

@@ -231,6 +231,7 @@ class Decider:
 
     def tell_end(self) -> None:
         """Tell operators, when the search has ended, what was scanned and found, and what was not looked at."""
+        self._claims.announce_at_last()
         if self.progress.is_over:
             tell_end(self._journal, len(self._findings.persons()), self.progress.left_out_m, self._covered_fraction())
         self.choice.tell_left(self._claims.looked_at_enu_m)

@@ -105,6 +105,10 @@ class Findings:
             self._findings[finding.finding_id] = _updated(finding, target, step)
         return tuple(self._findings[finding_id] for finding_id in new)
 
+    def announce(self, finding_id: int) -> None:
+        """Note that a finding is announced as a possible person, by what was seen of it before."""
+        self._findings[finding_id] = replace(self._findings[finding_id], kind=FindingKind.PERSON)
+
     def merge(self, targets: Sequence[TargetEstimate]) -> tuple[Finding, ...]:
         """Merge findings whose places have come together, the later into the earlier, and part those that are two.
 
