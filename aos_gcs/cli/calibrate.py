@@ -17,10 +17,11 @@ from aos_gcs.cli.output import progress
 from aos_gcs.cli.survey_options import CameraOptions, open_survey
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.exports.files import check_apart, check_writable, written_whole
+from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.surveys.conventions import PoseConvention, parse_convention
 from aos_gcs.surveys.model import Survey
-from aos_gcs.surveys.poses_file import corrected_document
+from aos_gcs.surveys.poses_file import corrected_document, poses_document
 
 if TYPE_CHECKING:
     from aos_gcs.surveys.calibration.calibrate import Result
@@ -33,6 +34,8 @@ MAX_ERROR_SIGMAS = 1.3
 MIN_GAIN = 0.1
 """Share by which the residual in images that took no part must fall. Drifting positions feign some per cent."""
 
+_ALIKE_FOCAL = 0.001
+"""Share by which focal lengths of one camera differ at most."""
 _LABELS = ("yaw", "pitch", "roll", "focal length", "k1", "k2", "clock offset")
 _DIGITS = ("{:.3f}°", "{:.3f}°", "{:.3f}°", "{:.2f} px", "{:.5f}", "{:.5f}", "{:.4f} s")
 
@@ -52,8 +55,8 @@ def calibrate(
         Path | None,
         typer.Option(
             metavar="FILE.json",
-            help="Copy of --poses with the errors corrected that differ from one image to the next; camera and mount "
-            "stay as they are given.",
+            help="Copy of --poses, or poses of photographs, with the errors corrected that differ from one image to "
+            "the next; camera and mount stay as they are given.",
             rich_help_panel=PANEL,
         ),
     ] = None,
@@ -126,12 +129,15 @@ def calibrate(
     )
     sigmas = position_sigma, attitude_sigma
     # First, as it does not depend on whether the calibration is doubtful.
-    if poses_out is not None and poses is not None:
-        refined = _refine(survey, sigmas)
-        images = [(image.path, pose) for image, pose in zip(survey.images, refined, strict=True)]
-        meaning = PoseConvention() if convention is None else parse_convention(convention)
+    if poses_out is not None:
+        if poses is None:
+            document = _photographs_document(image_folder, survey, sigmas)
+        else:
+            images = list(zip([image.path for image in survey.images], _refine(survey, sigmas), strict=True))
+            meaning = PoseConvention() if convention is None else parse_convention(convention)
+            document = corrected_document(poses, image_folder, images, meaning)
         with written_whole(poses_out) as file:
-            file.write(json.dumps(corrected_document(poses, image_folder, images, meaning)).encode())
+            file.write(json.dumps(document).encode())
     if out is not None:
         _calibrate(survey, sigmas, position_drift, out, force=force)
 
@@ -139,8 +145,6 @@ def calibrate(
 def _check_outputs(out: Path | None, poses_out: Path | None, poses: Path | None, camera: Path | None) -> None:
     if out is None and poses_out is None:
         raise ConfigurationError("Nothing to write: give --out FILE.json, --poses-out FILE.json, or both.")
-    if poses_out is not None and poses is None:
-        raise ConfigurationError("--poses-out writes a copy of a poses file: give that file (--poses FILE.json).")
     outputs = {"--out": out, "--poses-out": poses_out}
     for option, path in outputs.items():
         if path is not None:
@@ -224,6 +228,34 @@ def _doubts(result: Result, sigmas: tuple[float, float], drift_m: float) -> list
             "two heights; errors of single poses are corrected by --poses-out."
         )
     return doubts
+
+
+def _photographs_document(folder: Path, survey: Survey, sigmas: tuple[float, float]) -> dict[str, object]:
+    """Return a poses file of photographs with the corrected poses."""
+    camera = _one_camera(survey)
+    images = [
+        (image.path.relative_to(folder).as_posix(), pose, image.taken_at_s)
+        for image, pose in zip(survey.images, _refine(survey, sigmas), strict=True)
+    ]
+    return poses_document(images, survey.origin, camera)
+
+
+def _one_camera(survey: Survey) -> CameraModel:
+    """Return the camera of all photographs of a survey, which a poses file describes once.
+
+    Raises:
+        InputDataError: if they differ by more than their tags are rounded.
+    """
+    first = survey.images[0]
+    for image in survey.images:
+        one, other = first.camera, image.camera
+        is_of_size = (one.width_px, one.height_px) == (other.width_px, other.height_px)
+        if not is_of_size or abs(other.fx_px / one.fx_px - 1.0) > _ALIKE_FOCAL:
+            raise InputDataError(
+                f"--poses-out describes one camera, but {first.path.name} and {image.path.name} have different sizes "
+                "or focal lengths: put photographs of one size and zoom into a folder of their own."
+            )
+    return first.camera
 
 
 def _refine(survey: Survey, sigmas: tuple[float, float]) -> tuple[Pose, ...]:

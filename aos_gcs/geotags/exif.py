@@ -18,7 +18,7 @@ EXIF_IFD, GPS_IFD = 0x8769, 0x8825
 _MILLIMETRES = {2: 25.4, 3: 10.0, 4: 1.0, 5: 0.001}
 """Per unit of the focal plane's resolution: inch, cm, mm, µm."""
 
-_MODEL, _ORIENTATION = 0x0110, 0x0112
+_MODEL, _ORIENTATION, _SOFTWARE = 0x0110, 0x0112, 0x0131
 _FOCAL_LENGTH, _FOCAL_LENGTH_35MM, _DIGITAL_ZOOM = 0x920A, 0xA405, 0xA404
 _FOCAL_PLANE_X, _FOCAL_PLANE_UNIT, _ORIGINAL_WIDTH = 0xA20E, 0xA210, 0xA002
 _TAKEN_AT, _TAKEN_AT_FRACTION, _TAKEN_AT_ZONE = 0x9003, 0x9291, 0x9011
@@ -46,6 +46,8 @@ class ExifTags:
     """Time of exposure since the Unix epoch: of the camera if its time zone is known, else of the GPS."""
     model: str | None
     """Name of the camera's model."""
+    software: str | None
+    """Program that has written the file last; cameras write their firmware's version."""
 
 
 def exif_tags(exif: Any, width_px: int) -> ExifTags:
@@ -73,6 +75,7 @@ def exif_tags(exif: Any, width_px: int) -> ExifTags:
         focal_per_diagonal=None if equivalent_mm is None else equivalent_mm / FULL_FRAME_DIAGONAL_MM,
         utc_s=_camera_utc_s(camera) or _gps_utc_s(gps),
         model=_text(exif.get(_MODEL)),
+        software=_text(exif.get(_SOFTWARE)),
     )
 
 

@@ -93,6 +93,8 @@ class Geotag:
     """Whether the picture is to be shown turned: the attitude in its tags is that of the turned one."""
     model: str | None = None
     """Name of the camera's model; None where it is not told."""
+    software: str | None = None
+    """Program that has written the file last, or the camera's firmware; None where it is not told."""
 
     def camera(self, horizontal_fov_rad: float | None = None) -> CameraModel:
         """Return the camera; a field of view replaces the focal length in the metadata.
@@ -164,6 +166,7 @@ def geotag(exif: ExifTags, xmp: Mapping[str, str], width_px: int, height_px: int
         has_rtk_fix=_has_rtk_fix(xmp),
         is_turned=exif.orientation != 1,
         model=exif.model,
+        software=exif.software,
     )
 
 

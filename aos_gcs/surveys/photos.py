@@ -135,7 +135,7 @@ def _photographs_in(folder: Path) -> list[Path]:
 
 
 def _remarks(photos: Sequence[_Photo]) -> tuple[str, ...]:
-    """Return what is worth knowing of the photographs: how well their positions are known, and which are turned."""
+    """Return what is worth knowing of the photographs: how well they are placed, and what may have turned them."""
     remarks = []
     sigmas_m = np.array([photo.tag.position_sigma_m for photo in photos if photo.tag.position_sigma_m is not None])
     if len(sigmas_m):
@@ -153,6 +153,14 @@ def _remarks(photos: Sequence[_Photo]) -> tuple[str, ...]:
     turned = [photo.path.name for photo in photos if photo.tag.is_turned]
     if turned:
         remarks.append(f"{len(turned)} photographs are turned by their Orientation tag; the first is {turned[0]}")
+    programs = _groups(photos, lambda photo: photo.tag.software or "")
+    usual = max(programs, key=lambda name: len(programs[name]))
+    edited = [photo for photo in photos if photo.tag.software not in {None, usual}]
+    if edited:
+        remarks.append(
+            f"{len(edited)} of {len(photos)} photographs were saved by other software than the rest, such as "
+            f"{edited[0].path.name} by {edited[0].tag.software}: where it has turned pictures, take the camera's own"
+        )
     return tuple(remarks)
 
 

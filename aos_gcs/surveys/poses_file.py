@@ -136,21 +136,36 @@ def read_poses(
 
 
 def poses_document(
-    images: Sequence[tuple[str, Pose, float]], origin: GeodeticPosition | None = None
+    images: Sequence[tuple[str, Pose, float | None]],
+    origin: GeodeticPosition | None = None,
+    camera: CameraModel | None = None,
 ) -> dict[str, object]:
     """Return the document that ``read_poses`` reads.
 
     Args:
-        images: names, poses and times (s) of the images.
+        images: names, poses and times (s) of the images; None: a time that is not known.
         origin: origin of their world, where that is east-north-up.
+        camera: camera of all images, where the document is to describe it.
     """
     entries: list[dict[str, object]] = []
     for name, pose, time_s in images:
         R_world2cam = pose.R_cam2enu.T
         M = np.column_stack([R_world2cam, -R_world2cam @ pose.position_enu_m])
-        entries.append({"imagefile": name, "time_s": round(time_s, 6), "M3x4": M.tolist()})
+        when = {} if time_s is None else {"time_s": round(time_s, 6)}
+        entries.append({"imagefile": name, **when, "M3x4": M.tolist()})
     place = {} if origin is None else {"origin": [origin.latitude_deg, origin.longitude_deg, origin.altitude_amsl_m]}
-    return {**place, "images": entries}
+    return {**_described(camera), **place, "images": entries}
+
+
+def _described(camera: CameraModel | None) -> dict[str, object]:
+    """Return the fields of a camera."""
+    if camera is None:
+        return {}
+    fields: dict[str, object] = {name: getattr(camera, f"{name}_px") for name in _INTRINSICS}
+    if camera.distortion is not None:
+        name = next(name for name, model in LENSES.items() if model is camera.distortion.model)
+        fields[name] = list(camera.distortion.coefficients)
+    return fields
 
 
 def corrected_document(

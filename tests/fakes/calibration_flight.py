@@ -16,8 +16,11 @@ from scipy.ndimage import map_coordinates
 
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.distortion import LensDistortion, LensModel
+from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.geometry.heights import AmslM
 from aos_gcs.geometry.poses import R_CAM2SENSOR_FRD, Pose, nadir_pose
 from aos_gcs.geometry.rotations import R_from_rotation_vector, R_from_yaw_pitch_roll
+from tests.fakes.photographs import exif_block, write_photograph, xmp_packet
 
 SPEED_MPS = 5.0
 INTERVAL_S = 0.8
@@ -103,6 +106,27 @@ class CalibrationFlight:
 
     def save(self) -> None:
         self.poses.write_text(json.dumps(self.document))
+
+    def write_photographs(self, folder: Path) -> None:
+        """Write the images into a folder, with their recorded poses as DJI's tags."""
+        folder.mkdir()
+        takeoff = LocalFrame(GeodeticPosition(48.3069, 14.2858, AmslM(310.0)))
+        focal_px = CameraModel.from_fov(self.camera.width_px, 1, math.radians(FOV_DEG)).fx_px
+        for entry in self.document["images"]:
+            M = np.array(entry["M3x4"])
+            place = takeoff.to_geodetic(M[:, 3])
+            up_of_image = -M[:, 1]
+            tags = {
+                "drone-dji:GpsLatitude": f"{place.latitude_deg:.9f}",
+                "drone-dji:GpsLongitude": f"{place.longitude_deg:.9f}",
+                "drone-dji:RelativeAltitude": f"+{M[2, 3]:.3f}",
+                "drone-dji:GimbalYawDegree": math.degrees(math.atan2(up_of_image[0], up_of_image[1])),
+                "drone-dji:GimbalPitchDegree": -90.0,
+                "drone-dji:CalibratedFocalLength": focal_px,
+            }
+            image = cv2.imread(str(self.images / entry["imagefile"]), cv2.IMREAD_GRAYSCALE)
+            path = (folder / entry["imagefile"]).with_suffix(".jpg")
+            write_photograph(path, np.asarray(image, np.uint8), exif_block(), xmp_packet(tags))
 
     def _write(
         self, line: int, step: int, centre_m: NDArray[np.float64], R: NDArray[np.float64], rng: np.random.Generator

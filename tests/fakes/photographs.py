@@ -40,12 +40,15 @@ def exif_block(
     orientation: int = 1,
     *,
     model: str | None = None,
+    software: str | None = None,
 ) -> Image.Exif:
     """Return EXIF with a position in degrees, minutes and seconds, and tags of the camera."""
     exif = Image.Exif()
     exif[0x0112] = orientation
     if model is not None:
         exif[0x0110] = model
+    if software is not None:
+        exif[0x0131] = software
     gps: dict[int, Any] = {}
     if latitude_deg is not None and longitude_deg is not None:
         gps |= {1: "N" if latitude_deg >= 0 else "S", 2: _degrees_minutes_seconds(latitude_deg)}

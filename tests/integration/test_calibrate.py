@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +12,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from aos_gcs.geometry.poses import Pose
+from aos_gcs.surveys.photos import read_photos
+from aos_gcs.surveys.poses_file import read_poses
 from tests.fakes.calibration_flight import FOV_DEG, CalibrationFlight, Truth
 from tests.fakes.command_line import exit_status
+from tests.fakes.photographs import exif_block, write_photograph, xmp_packet
 
 
 @pytest.fixture(scope="module")
@@ -167,18 +173,31 @@ def test_positions_that_drift_bend_the_result_unless_it_is_said(tmp_path: Path) 
     assert json.loads(out.read_text())["doubts"] == []
 
 
+ERRING_POSES = Truth(
+    boresight_deg=(0.0, 0.0, 0.0),
+    clock_offset_s=0.0,
+    focal_error=0.0,
+    lens=(),
+    heights_m=(20.0,),
+    headings_deg=(0.0, 180.0),
+    attitude_sigma_deg=1.0,
+    position_sigma_m=0.05,
+)
+
+
+def scatter_m(poses: Sequence[Pose], flight: CalibrationFlight) -> float:
+    """Scatter of the places on the ground that frames show in their middle, about the true ones."""
+
+    def places(poses: Sequence[Pose]) -> NDArray[np.float64]:
+        forward = np.array([pose.R_cam2enu[:, 2] for pose in poses])
+        centres_m = np.array([pose.position_enu_m for pose in poses])
+        return np.asarray(centres_m[:, :2] - centres_m[:, 2:] / forward[:, 2:] * forward[:, :2])
+
+    return float(np.std(places(poses) - places(flight.true_poses), axis=0).mean())
+
+
 def test_neighbours_correct_the_errors_of_single_poses(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    truth = Truth(
-        boresight_deg=(0.0, 0.0, 0.0),
-        clock_offset_s=0.0,
-        focal_error=0.0,
-        lens=(),
-        heights_m=(20.0,),
-        headings_deg=(0.0, 180.0),
-        attitude_sigma_deg=1.0,
-        position_sigma_m=0.05,
-    )
-    flight = CalibrationFlight(tmp_path, truth)
+    flight = CalibrationFlight(tmp_path, ERRING_POSES)
     flight.document["images"].append({**flight.document["images"][0], "imagefile": "7_0.png", "note": "kept"})
     flight.save()
     (flight.images / "7_0.png").write_bytes((flight.images / "0_0.png").read_bytes())
@@ -190,16 +209,40 @@ def test_neighbours_correct_the_errors_of_single_poses(tmp_path: Path, capfd: py
     entries = json.loads(refined.read_text())["images"]
     assert entries[8] == flight.document["images"][8]
 
-    def scatter_m(images: list[dict[str, Any]]) -> float:
-        """Scatter of the places on the ground that frames show in their middle, about the true ones."""
-        M = np.array([entry["M3x4"] for entry in images[:8]])
-        R, centres_m = M[:, :, :3], M[:, :, 3]
-        truth_R = np.array([pose.R_cam2enu for pose in flight.true_poses])
-        true_m = np.array([pose.position_enu_m for pose in flight.true_poses])
-        places, true = (C[:, :2] - C[:, 2:] / A[:, 2:, 2] * A[:, :2, 2] for C, A in ((centres_m, R), (true_m, truth_R)))
-        return float(np.std(places - true, axis=0).mean())
+    def poses(images: list[dict[str, Any]]) -> list[Pose]:
+        return [Pose(M[:, 3], M[:, :3]) for M in (np.array(entry["M3x4"]) for entry in images[:8])]
 
-    assert scatter_m(entries) < 0.5 * scatter_m(flight.document["images"])
+    assert scatter_m(poses(entries), flight) < 0.5 * scatter_m(poses(flight.document["images"]), flight)
+
+
+def test_corrected_poses_of_photographs_are_a_poses_file(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    flight = CalibrationFlight(tmp_path, ERRING_POSES)
+    folder, refined, out = tmp_path / "photographs", tmp_path / "refined.json", tmp_path / "map.tif"
+    flight.write_photographs(folder)
+    arguments = ["calibrate", str(folder), "--poses-out", str(refined)]
+    assert exit_status([*arguments, "--position-sigma", "0.05", "--attitude-sigma", "1"]) == 0
+    assert "poses of 8 of 8 images corrected" in capfd.readouterr().out
+    recorded, corrected = read_photos(folder), read_poses(refined, folder)
+    assert corrected.origin == recorded.origin
+    assert [image.path for image in corrected.images] == [image.path for image in recorded.images]
+    assert corrected.images[0].camera == recorded.images[0].camera
+    before, after = ([image.pose for image in survey.images] for survey in (recorded, corrected))
+    assert scatter_m(after, flight) < 0.5 * scatter_m(before, flight)
+    map_of = ["integrate", str(folder), "--poses", str(refined), "--plane-z", "0", "--ortho", "0.2", "--out", str(out)]
+    assert exit_status(map_of) == 0
+
+
+def test_corrected_poses_are_those_of_one_camera(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    flight = CalibrationFlight(tmp_path, replace(ERRING_POSES, headings_deg=(0.0,)))
+    folder = tmp_path / "photographs"
+    flight.write_photographs(folder)
+    tags = {"RelativeAltitude": "+20", "GimbalYawDegree": 0, "GimbalPitchDegree": -90, "CalibratedFocalLength": 170}
+    xmp = xmp_packet({f"drone-dji:{name}": value for name, value in tags.items()})
+    write_photograph(folder / "0_3.jpg", np.zeros((144, 192), np.uint8), exif_block(48.3069, 14.2858), xmp)
+    refined = tmp_path / "refined.json"
+    assert exit_status(["calibrate", str(folder), "--poses-out", str(refined)]) == 2
+    assert "0_0.jpg and 0_3.jpg have different sizes or focal lengths" in capfd.readouterr().err
+    assert not refined.exists()
 
 
 def test_images_without_texture_are_refused(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -230,7 +273,6 @@ def test_bad_options_and_files_are_named(
         (flight.arguments(next(flight.images.iterdir())), "the name must end in .json"),
         (flight.arguments(out)[:-2], "Nothing to write: give --out FILE.json"),
         (flight.arguments(out, "--poses-out", flight.poses), "it is a file of the recording"),
-        (["calibrate", str(flight.images), "--poses-out", str(out)], "--poses-out writes a copy of a poses file"),
     ]
     bad = tmp_path / "bad.json"
     for content, message in (

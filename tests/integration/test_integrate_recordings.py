@@ -291,6 +291,20 @@ def test_rtk_accuracies_are_reported(tmp_path: Path, capfd: pytest.CaptureFixtur
     assert "1 of 6 photographs were taken without a fixed RTK solution; the first is 2.jpg" in errors
 
 
+def test_photographs_saved_by_other_software_are_reported(tmp_path: Path) -> None:
+    """Of 18 pictures of a Phantom 3 six had been turned by a viewer that left their tags as they were."""
+    photographs = Photographs(tmp_path)
+    for index in range(6):
+        name, program = f"{index}.jpg", "Photo Viewer 10" if index in {2, 3} else "v01.23.4920"
+        image = np.asarray(cv2.imread(str(photographs.images / name), cv2.IMREAD_UNCHANGED), dtype=np.uint8)
+        exif = exif_block(camera={0xA405: FOCAL_35MM}, software=program)
+        write_photograph(photographs.images / name, image, exif, xmp_packet(photographs.tags[name]))
+    (remark,) = read_photos(photographs.images).remarks
+    assert remark.startswith(
+        "2 of 6 photographs were saved by other software than the rest, such as 2.jpg by Photo View"
+    )
+
+
 def warm_ground(pose: Pose) -> np.ndarray:
     return 12.0 + (render(pose, CAMERA).astype(np.float64) - 120.0) / 10.0
 
