@@ -176,8 +176,17 @@ def _radiometric_camera(
     height_px, width_px = temperatures.celsius.shape
     if isinstance(optics, Intrinsics):
         return optics.camera(width_px, height_px)
-    fov_rad = optics or temperatures.horizontal_fov_rad or tag.camera().horizontal_fov_rad
+    fov_rad = optics or temperatures.horizontal_fov_rad or _camera_of_tags(tag).horizontal_fov_rad
     return CameraModel.from_fov(width_px, height_px, fov_rad)
+
+
+def _camera_of_tags(tag: Geotag) -> CameraModel:
+    if tag.focal_px is None:
+        raise InputDataError(
+            "it does not tell its focal length, as pictures of some thermal cameras: give the field of view (--fov) or "
+            "a camera file (--camera)"
+        )
+    return tag.camera()
 
 
 def _read(
@@ -194,7 +203,7 @@ def _read(
     elif isinstance(optics, Intrinsics):
         camera = optics.camera(tag.width_px, tag.height_px)
     else:
-        camera = tag.camera(optics)
+        camera = _camera_of_tags(tag) if optics is None else tag.camera(optics)
     camera = replace(camera, distortion=lens or camera.distortion)
     if ground_amsl_m is not None:
         if tag.altitude_amsl_m is None:

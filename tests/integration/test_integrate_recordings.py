@@ -291,6 +291,19 @@ def test_rtk_accuracies_are_reported(tmp_path: Path, capfd: pytest.CaptureFixtur
     assert "1 of 6 photographs were taken without a fixed RTK solution; the first is 2.jpg" in errors
 
 
+def test_photographs_without_a_focal_length_need_the_field_of_view(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    photographs = Photographs(tmp_path)
+    for name, tags in photographs.tags.items():
+        image = np.asarray(cv2.imread(str(photographs.images / name), cv2.IMREAD_UNCHANGED), dtype=np.uint8)
+        write_photograph(photographs.images / name, image, exif_block(), xmp_packet(tags))
+    assert exit_status(photographs.arguments("--ortho", 0.5)) == 2
+    assert "0.jpg: it does not tell its focal length" in capfd.readouterr().err
+    fov_deg = math.degrees(CAMERA.horizontal_fov_rad)
+    assert exit_status(photographs.arguments("--ortho", 0.5, "--fov", fov_deg)) == 0
+
+
 def test_photographs_saved_by_other_software_are_reported(tmp_path: Path) -> None:
     """Of 18 pictures of a Phantom 3 six had been turned by a viewer that left their tags as they were."""
     photographs = Photographs(tmp_path)
