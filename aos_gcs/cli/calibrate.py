@@ -21,7 +21,7 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.surveys.conventions import PoseConvention, parse_convention
 from aos_gcs.surveys.model import Survey
-from aos_gcs.surveys.poses_file import corrected_document, poses_document
+from aos_gcs.surveys.poses_writing import corrected_document, poses_document
 
 if TYPE_CHECKING:
     from aos_gcs.surveys.calibration.calibrate import Result

@@ -215,8 +215,6 @@ def open_survey(
             raise ConfigurationError("--ground applies to photographs with their own positions, not to --poses.")
         if sensor is not None:
             raise ConfigurationError("--sensor applies to photographs whose tags name their sensor, not to --poses.")
-        if degrees is not None:
-            raise ConfigurationError("--degrees applies to radiometric photographs, not to --poses.")
         survey = read_poses(
             poses,
             folder,
@@ -225,6 +223,7 @@ def open_survey(
             origin=None if origin is None else _origin(origin),
             convention=PoseConvention() if convention is None else parse_convention(convention),
             frames=chosen,
+            temperatures=_temperatures(degrees, dji_sdk),
             skip_broken=skip_broken,
         )
     else:

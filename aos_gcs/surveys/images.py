@@ -67,7 +67,7 @@ def read_frame(image: SurveyImage, bands: tuple[str, ...], vehicle_id: int = 0) 
         InputDataError: if it is missing, unreadable, incomplete, or has not the size of its camera, the bands, or the
             type of values of its recording.
     """
-    pixels = read_image(image.path) if image.temperatures is None else read_celsius(image.path, image.temperatures)
+    pixels = read_pixels(image.path, image.temperatures)
     if bands == GREY:
         pixels = without_equal_bands(pixels)
     expected = image.camera.height_px, image.camera.width_px, len(bands)
@@ -82,6 +82,11 @@ def read_frame(image: SurveyImage, bands: tuple[str, ...], vehicle_id: int = 0) 
             f"{_VALUES[image.dtype.name]} ones: grey levels of different depths cannot be averaged."
         )
     return Frame(vehicle_id, pixels, bands, image.pose, image.camera)
+
+
+def read_pixels(path: Path, temperatures: TemperatureSettings | None) -> NDArray[Any]:
+    """Return an image as :func:`read_image` does, or its temperatures as :func:`read_celsius` does."""
+    return read_image(path) if temperatures is None else read_celsius(path, temperatures)
 
 
 def bands_of(pixels: NDArray[Any]) -> tuple[str, ...]:

@@ -23,8 +23,9 @@ from aos_gcs.geometry.poses import Pose
 from aos_gcs.input_values import finite_number, require_folder, shown
 from aos_gcs.surveys.apart import far_apart
 from aos_gcs.surveys.conventions import PoseConvention
-from aos_gcs.surveys.images import SUFFIXES, bands_of, check_image, read_image
+from aos_gcs.surveys.images import SUFFIXES, THERMAL, bands_of, check_image, read_pixels
 from aos_gcs.surveys.model import Survey, SurveyImage
+from aos_gcs.surveys.radiometric.settings import TemperatureSettings
 
 ROTATION_TOLERANCE = 1e-3
 """Largest deviation of R R^T from identity: text files carry rotations rounded to a few digits."""
@@ -42,8 +43,10 @@ MAX_POSITION_M = 1e8
 MAX_ALTITUDE_M = 20_000.0
 MAX_FILE_BYTES = 1_000_000_000
 
-_INTRINSICS = ("fx", "fy", "cx", "cy")
+INTRINSICS = ("fx", "fy", "cx", "cy")
 """Fields of the file that describe the camera, in pixels."""
+SIZE = ("width", "height")
+"""Fields with the size of the images that these are for, pixels; without them it is that of the images at hand."""
 
 
 def read_poses(
@@ -55,15 +58,17 @@ def read_poses(
     origin: GeodeticPosition | None = None,
     convention: PoseConvention | None = None,
     frames: slice = slice(None),
+    temperatures: TemperatureSettings | None = None,
     skip_broken: bool = False,
 ) -> Survey:
     """Read ``{"images": [{"imagefile": name, "M3x4": rows}, ...]}``.
 
     ``M3x4`` is row-major and takes world points to the camera, x_cam = R x + t, with camera axes right, down and
     forward, unless another convention is named. Its entries are numbers, or texts of numbers. The camera may stand
-    beside ``images``: ``fx``, ``fy``, ``cx`` and ``cy`` in pixels, and the coefficients of the lens as ``"lens": [k1,
-    k2, p1, p2, k3]`` or ``"fisheye": [k1, k2, k3, k4]``, and the place of an east-north-up world's origin as
-    ``"origin": [latitude, longitude, altitude]``. Images may have the time of their exposure, ``time_s``.
+    beside ``images``: ``fx``, ``fy``, ``cx`` and ``cy`` in pixels of images of ``width`` and ``height``, and the
+    coefficients of the lens as ``"lens": [k1, k2, p1, p2, k3]`` or ``"fisheye": [k1, k2, k3, k4]``; and the place of
+    an east-north-up world's origin as ``"origin": [latitude, longitude, altitude]``. Images may have the time of their
+    exposure, ``time_s``.
     Names may have another ending than the files: lists of poses are often made of other copies of the images.
 
     Args:
@@ -75,6 +80,7 @@ def read_poses(
         origin: origin of the world, where that is east-north-up; replaces the file's own.
         convention: meaning of the matrices.
         frames: entries that are used, in the order of the file.
+        temperatures: settings under which temperatures are read from radiometric photographs; None: pictures are read.
         skip_broken: leave out images that are missing or incomplete, or have no usable pose, instead of refusing the
             recording.
 
@@ -82,7 +88,7 @@ def read_poses(
         InputDataError: naming the file, the entry, and what is wrong with it.
     """
     require_folder(image_folder, f"The image folder {image_folder}")
-    document = _document(poses_file)
+    document = read_document(poses_file)
     entries = document.get("images")
     if not isinstance(entries, list) or not entries:
         raise InputDataError(f"The poses file {poses_file} needs a non-empty list 'images'.")
@@ -117,17 +123,17 @@ def read_poses(
     convention.check([pose for _, pose in placed])
     if origin is not None:
         _refuse_downward_z([pose for _, pose in placed])
-    first = _first_image([path for path, _ in placed], left_out, skip_broken=skip_broken)
+    first = _first_image([path for path, _ in placed], temperatures, left_out, skip_broken=skip_broken)
     camera = _camera(document, poses_file, first.shape, optics)
     camera = replace(camera, distortion=lens or camera.distortion)
     images = tuple(
-        SurveyImage(path, pose, camera, first.dtype, times_s.get(path))
+        SurveyImage(path, pose, camera, first.dtype, times_s.get(path), temperatures)
         for path, pose in placed
         if path.name not in left_out
     )
     return Survey(
         images,
-        bands_of(first),
+        THERMAL if temperatures is not None else bands_of(first),
         origin,
         left_out,
         folder.names_beside([path for path, _ in placed], named),
@@ -135,65 +141,12 @@ def read_poses(
     )
 
 
-def poses_document(
-    images: Sequence[tuple[str, Pose, float | None]],
-    origin: GeodeticPosition | None = None,
-    camera: CameraModel | None = None,
-) -> dict[str, object]:
-    """Return the document that ``read_poses`` reads.
-
-    Args:
-        images: names, poses and times (s) of the images; None: a time that is not known.
-        origin: origin of their world, where that is east-north-up.
-        camera: camera of all images, where the document is to describe it.
-    """
-    entries: list[dict[str, object]] = []
-    for name, pose, time_s in images:
-        R_world2cam = pose.R_cam2enu.T
-        M = np.column_stack([R_world2cam, -R_world2cam @ pose.position_enu_m])
-        when = {} if time_s is None else {"time_s": round(time_s, 6)}
-        entries.append({"imagefile": name, **when, "M3x4": M.tolist()})
-    place = {} if origin is None else {"origin": [origin.latitude_deg, origin.longitude_deg, origin.altitude_amsl_m]}
-    return {**_described(camera), **place, "images": entries}
-
-
-def _described(camera: CameraModel | None) -> dict[str, object]:
-    """Return the fields of a camera."""
-    if camera is None:
-        return {}
-    fields: dict[str, object] = {name: getattr(camera, f"{name}_px") for name in _INTRINSICS}
-    if camera.distortion is not None:
-        name = next(name for name, model in LENSES.items() if model is camera.distortion.model)
-        fields[name] = list(camera.distortion.coefficients)
-    return fields
-
-
-def corrected_document(
-    poses_file: Path, image_folder: Path, images: Sequence[tuple[Path, Pose]], convention: PoseConvention
-) -> dict[str, object]:
-    """Return a copy of a poses file's document with the poses of some of its images replaced.
-
-    Args:
-        poses_file: file that the images were read with.
-        image_folder: folder of the images.
-        images: files and new poses; other entries stay as they are.
-        convention: meaning of the file's matrices.
+def read_document(poses_file: Path) -> Mapping[str, Any]:
+    """Return the content of a poses file, not looked at yet; an empty one if it is no object.
 
     Raises:
-        InputDataError: if the file cannot be read any more.
+        InputDataError: if it is unreadable, too large, or no JSON.
     """
-    document = _document(poses_file)
-    named = {path.relative_to(image_folder): pose for path, pose in images}
-    by_stem = {path.with_suffix(""): pose for path, pose in named.items()}
-    entries = []
-    for entry in document["images"]:
-        name = Path(entry["imagefile"])
-        pose = named.get(name) or by_stem.get(name.with_suffix(""))
-        entries.append(entry if pose is None else {**entry, "M3x4": convention.matrix(pose).tolist()})
-    return {**document, "images": entries}
-
-
-def _document(poses_file: Path) -> Mapping[str, Any]:
     try:
         with poses_file.open("rb") as file:
             content = file.read(MAX_FILE_BYTES + 1)
@@ -222,14 +175,18 @@ def _camera(
     if optics is not None:
         return replace(CameraModel.from_fov(width_px, height_px, optics), distortion=own_lens)
     place = f"The poses file {poses_file}"
-    given = {name: _length(document[name], name, place) for name in _INTRINSICS if document.get(name) is not None}
+    given = {name: _length(document[name], name, place) for name in INTRINSICS if document.get(name) is not None}
     if "fx" not in given:
         raise InputDataError(
             f"{place} does not describe the camera: give the field of view (--fov DEG), a camera file (--camera FILE), "
             "or 'fx' beside 'images'."
         )
     fx_px = given["fx"]
-    own = Intrinsics(fx_px, given.get("fy", fx_px), given.get("cx"), given.get("cy"), None, own_lens, place)
+    sizes = [_length(document[name], name, place) for name in SIZE if document.get(name) is not None]
+    if len(sizes) == 1:
+        raise InputDataError(f"{place} has one of 'width' and 'height': give both, or none.")
+    size_px = (round(sizes[0]), round(sizes[1])) if sizes else None
+    own = Intrinsics(fx_px, given.get("fy", fx_px), given.get("cx"), given.get("cy"), size_px, own_lens, place)
     return own.camera(width_px, height_px)
 
 
@@ -338,11 +295,13 @@ def _refuse_downward_z(poses: Sequence[Pose]) -> None:
         raise InputDataError(Z_DOWN)
 
 
-def _first_image(paths: Sequence[Path], left_out: dict[str, str], *, skip_broken: bool) -> NDArray[Any]:
+def _first_image(
+    paths: Sequence[Path], temperatures: TemperatureSettings | None, left_out: dict[str, str], *, skip_broken: bool
+) -> NDArray[Any]:
     """Return the first image that can be decoded; those before it are left out."""
     for path in paths:
         try:
-            return read_image(path)
+            return read_pixels(path, temperatures)
         except InputDataError as error:
             if not skip_broken:
                 raise

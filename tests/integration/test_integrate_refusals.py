@@ -5,7 +5,7 @@ import math
 import os
 import re
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import cv2
@@ -116,9 +116,9 @@ def mirror(flight: Flight) -> dict[str, object]:
     return {}
 
 
-def with_field(field: str, value: object, **values: object) -> Change:
+def with_field(field: str, value: object, others: Mapping[str, object] | None = None, **values: object) -> Change:
     def change(flight: Flight) -> dict[str, object]:
-        flight.poses.write_text(json.dumps({**flight.document, field: value}))
+        flight.poses.write_text(json.dumps({**flight.document, **(others or {}), field: value}))
         return values
 
     return change
@@ -309,6 +309,7 @@ BAD_INPUT = {
     "nan": (set_number(1, 3, float("nan")), "nan, which is not a finite number"),
     "endless number": (set_number(1, 3, 10**400), "'M3x4' contains 1000.*, which is not a finite number"),
     "endless time": (change_entry(time_s=10**400), "'time_s' must be a finite number"),
+    "width alone": (with_field("width", 96, {"fx": 60}, fov=None), "has one of 'width' and 'height'"),
     "endless fx": (with_field("fx", 10**400, fov=None), "'fx' must be a positive number of pixels"),
     "endless lens": (with_field("lens", [10**400, 0, 0, 0]), "needs 4 to 5 finite coefficients"),
     "endless origin": (with_field("origin", [48, 14, 10**400]), r"'origin' must be \[latitude, longitude, altitude\]"),

@@ -19,7 +19,7 @@ from aos_gcs.extras import load_extra
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.input_values import require_file
 from aos_gcs.surveys.images import MAX_PIXELS
-from aos_gcs.surveys.poses_file import poses_document
+from aos_gcs.surveys.poses_writing import poses_document
 from aos_gcs.surveys.video.subtitles import Sample, read_subtitle_file, samples_of
 from aos_gcs.surveys.video.track import FlightTrack
 
