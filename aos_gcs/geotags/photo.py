@@ -95,6 +95,8 @@ class Geotag:
     """Name of the camera's model; None where it is not told."""
     software: str | None = None
     """Program that has written the file last, or the camera's firmware; None where it is not told."""
+    yaw_beside_aircraft_rad: float | None = None
+    """Yaw of the gimbal less that of the aircraft, [-pi, pi]; None where one is not told."""
 
     def camera(self, horizontal_fov_rad: float | None = None) -> CameraModel:
         """Return the camera; a field of view replaces the focal length in the metadata.
@@ -167,6 +169,7 @@ def geotag(exif: ExifTags, xmp: Mapping[str, str], width_px: int, height_px: int
         is_turned=exif.orientation != 1,
         model=exif.model,
         software=exif.software,
+        yaw_beside_aircraft_rad=_yaw_beside_aircraft_rad(xmp),
     )
 
 
@@ -200,6 +203,13 @@ def _position_sigma_m(xmp: Mapping[str, str]) -> tuple[float, float, float] | No
     if max(east_m, north_m, up_m) > _MAX_SIGMA_M:
         return None
     return east_m, north_m, up_m
+
+
+def _yaw_beside_aircraft_rad(xmp: Mapping[str, str]) -> float | None:
+    gimbal_deg, aircraft_deg = (_first(xmp, (name,)) for name in ("GimbalYawDegree", "FlightYawDegree"))
+    if gimbal_deg is None or aircraft_deg is None:
+        return None
+    return math.remainder(math.radians(gimbal_deg - aircraft_deg), 2.0 * math.pi)
 
 
 def _has_rtk_fix(xmp: Mapping[str, str]) -> bool | None:

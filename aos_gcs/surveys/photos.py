@@ -30,6 +30,9 @@ from aos_gcs.surveys.radiometric.settings import TemperatureSettings
 _ALIKE_FOV = 1.3
 """Ratio of fields of view up to which photographs are of one camera."""
 
+_MOST_BESIDE_DEG, _LEAST_TURNED_DEG = 5.0, 45.0
+"""Yaw of a gimbal that follows its aircraft, beside that; from the latter on it is turned on purpose."""
+
 _JPEG_SUFFIXES, _TIFF_SUFFIXES = frozenset({".jpg", ".jpeg"}), frozenset({".tif", ".tiff"})
 
 
@@ -153,6 +156,14 @@ def _remarks(photos: Sequence[_Photo]) -> tuple[str, ...]:
     turned = [photo.path.name for photo in photos if photo.tag.is_turned]
     if turned:
         remarks.append(f"{len(turned)} photographs are turned by their Orientation tag; the first is {turned[0]}")
+    besides_rad = [photo.tag.yaw_beside_aircraft_rad for photo in photos]
+    told_deg = np.degrees([beside_rad for beside_rad in besides_rad if beside_rad is not None])
+    beside_deg = float(np.median(told_deg)) if len(told_deg) else 0.0
+    if _MOST_BESIDE_DEG < abs(beside_deg) < _LEAST_TURNED_DEG:
+        remarks.append(
+            f"the gimbal's yaw is {beside_deg:+.0f}° from the aircraft's in the median: one that looks straight down "
+            "may tell it wrong, which calibrate --out finds"
+        )
     programs = _groups(photos, lambda photo: photo.tag.software or "")
     usual = max(programs, key=lambda name: len(programs[name]))
     edited = [photo for photo in photos if photo.tag.software not in {None, usual}]

@@ -287,6 +287,22 @@ def test_rtk_accuracies_are_reported(tmp_path: Path, capfd: pytest.CaptureFixtur
     assert "1 of 6 photographs were taken without a fixed RTK solution; the first is 2.jpg" in errors
 
 
+@pytest.mark.parametrize(("beside_deg", "is_remarked"), [(3.0, False), (-12.0, True), (90.0, False)])
+def test_a_gimbal_that_does_not_follow_its_aircraft_is_reported(
+    tmp_path: Path, beside_deg: float, is_remarked: bool
+) -> None:
+    """On a real flight the gimbal's yaw was 12° off, and that of the aircraft was the direction of flight."""
+    photographs = Photographs(tmp_path)
+    for name, tags in photographs.tags.items():
+        image = np.asarray(cv2.imread(str(photographs.images / name), cv2.IMREAD_UNCHANGED), dtype=np.uint8)
+        aircraft_deg = tags["drone-dji:GimbalYawDegree"] - beside_deg
+        photographs.write(name, image, {**tags, "drone-dji:FlightYawDegree": aircraft_deg})
+    remarks = read_photos(photographs.images).remarks
+    assert [remark.startswith("the gimbal's yaw is -12° from the aircraft's") for remark in remarks] == [
+        True
+    ] * is_remarked
+
+
 def test_photographs_without_a_focal_length_need_the_field_of_view(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
