@@ -34,6 +34,8 @@ MAX_ERROR_SIGMAS = 1.3
 MIN_GAIN = 0.1
 """Share by which the residual in images that took no part must fall. Drifting positions feign some per cent."""
 
+_LARGE_GAIN = 0.5
+"""The same, from which values far from the given ones are borne out."""
 _ALIKE_FOCAL = 0.001
 """Share by which focal lengths of one camera differ at most."""
 _LABELS = ("yaw", "pitch", "roll", "focal length", "k1", "k2", "clock offset")
@@ -213,12 +215,14 @@ def _doubts(result: Result, sigmas: tuple[float, float], drift_m: float) -> list
     doubts = _pose_doubts(sigmas, (result.position_error_sigmas, result.attitude_error_sigmas))
     if result.position_error_sigmas > MAX_ERROR_SIGMAS and not drift_m:
         doubts.append("Positions of receivers without corrections also drift between lines: add --position-drift 2.")
+    before_px, after_px = result.held_out.before_px, result.held_out.after_px
     surprising = [label for label, is_far in zip(_LABELS, result.is_surprising, strict=True) if is_far]
     if surprising:
+        is_borne_out = after_px < (1.0 - _LARGE_GAIN) * before_px
         doubts.append(
             f"Far from the given values: {', '.join(surprising)}. Check poses, --convention and field of view."
+            + (" Images left out of the fit bear it out: --force is right where these were guesses." * is_borne_out)
         )
-    before_px, after_px = result.held_out.before_px, result.held_out.after_px
     if math.isnan(before_px):
         doubts.append("No stretch of the flight has enough points to try the result on: take more images.")
     elif after_px > (1.0 - MIN_GAIN) * before_px:

@@ -125,6 +125,7 @@ def test_a_result_far_from_what_was_told_is_not_written_unless_forced(
     assert exit_status(flight.arguments(out)) == 2
     errors = capfd.readouterr().err
     assert "Far from the given values: pitch. Check poses" in errors
+    assert "Images left out of the fit bear it out: --force is right where these were guesses." in errors
     assert "is not written. Follow them, or write it with --force" in errors
     assert not out.exists()
     assert exit_status(flight.arguments(out, "--force")) == 0
