@@ -29,6 +29,21 @@ def sample(time_s: float, east_deg: float = 0.0, yaw_deg: float = 0.0, up_m: flo
     return Sample(time_s, 47.0, 14.0 + east_deg, up_m, 500.0 + up_m, (yaw_deg, -90.0, 0.0), 1.0)
 
 
+P4_RTK = (
+    "F/5.6, SS 400, ISO 100, EV 0, GPS (-58.851745, -34.237922, 15), HOME (-58.847509, -34.232707, -57.98m), D "
+    "698.70m, H 85.80m, H.S 0.00m/s, V.S 0.00m/s, F.PRY (2.7°, -7.0°, 110.1°), G.PRY (-24.4°, 0.0°, 110.4°)"
+)
+
+
+def test_a_list_of_values_is_read() -> None:
+    (sample,) = samples_of(iter([(0.0, P4_RTK)]), "file")
+    assert (sample.latitude_deg, sample.longitude_deg) == (-34.237922, -58.851745)
+    assert (sample.relative_altitude_m, sample.altitude_amsl_m) == (85.8, None)
+    assert sample.gimbal_deg == (110.4, -24.4, 0.0)
+    with pytest.raises(InputDataError, match=r"or 'GPS \(...\)' to five decimals or more"):
+        samples_of(iter([(0.0, "F/3.2, SS 160, GPS (8.2090, 47.4692, 18), D 49.21m, H 45.60m")]), "file")
+
+
 def test_values_of_enterprise_aircraft() -> None:
     assert samples_of(iter([(1.5, M30T)]), "file") == [
         Sample(1.5, -37.920295, 176.456417, 62.37, 227.373, (-142.5, -28.7, 0.1), 2.0)

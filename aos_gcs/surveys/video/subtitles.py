@@ -2,6 +2,8 @@
 
 A cue holds named values, such as ``[latitude: 47.5] [longitude: 14.2] [rel_alt: 35.1 abs_alt: 612.4] [gb_yaw: 12.0
 gb_pitch: -90.0 gb_roll: 0.0]``. Which of them there are differs between aircraft; only some have the gimbal's angles.
+Others write a list, such as ``GPS (14.200000, 47.500000, 16), D 80.50m, H 35.10m, G.PRY (-90.0°, 0.0°, 12.0°)``, with
+the longitude first, the height above the place of takeoff, and the gimbal's pitch, roll and yaw.
 """
 
 from __future__ import annotations
@@ -23,12 +25,24 @@ _CUE_TIMES = re.compile(
 )
 _VALUE = re.compile(r"(?<![A-Za-z_])([A-Za-z_]{1,40})\s{0,8}:\s{0,8}(-?\d{1,20}(?:\.\d{1,20})?)(?![\d./]|,\d)")
 """Name and number. A decimal comma is none: what stands before it would be taken for the whole."""
+_LISTED_PLACE = re.compile(r"\bGPS \((-?\d{1,3}\.\d{5,15}), (-?\d{1,3}\.\d{5,15}), \d{1,3}\)")
+"""Place in a list; with four decimals, 11 m, it is none."""
+_LISTED_HEIGHT = re.compile(r"\bH (-?\d{1,6}(?:\.\d{1,9})?)m\b")
+_ANGLE = r"(-?\d{1,3}(?:\.\d{1,9})?)°"
+_LISTED_GIMBAL = re.compile(rf"\bG\.PRY \({_ANGLE}, {_ANGLE}, {_ANGLE}\)")
+_LISTED = (
+    (_LISTED_PLACE, ("longitude", "latitude")),
+    (_LISTED_HEIGHT, ("rel_alt",)),
+    (_LISTED_GIMBAL, ("gb_pitch", "gb_roll", "gb_yaw")),
+)
+"""Values of a list, and the names that they have in other cues."""
 MAX_ALTITUDE_M = 20_000.0
 """Altitudes beyond are errors of the recording."""
 MAX_BACK_S = 1.0
 """Cues may stand this much before the one in front of them."""
 _LONGITUDE = ("longitude", "longtitude")
 """``longtitude`` is what the firmware of some aircraft says."""
+_ANGLES = ("gb_yaw", "gb_pitch", "gb_roll")
 _FULL_TURN_DEG = 360.0
 
 
@@ -94,13 +108,13 @@ def samples_of(cues: Iterator[tuple[float, str]], source: str) -> list[Sample]:
                 "several videos. Extract each video with its own subtitles."
             )
         latest_s = max(latest_s, time_s)
-        sample = _sample(time_s, {name.lower(): float(value) for name, value in _VALUE.findall(text)})
+        sample = _sample(time_s, _values(text))
         if sample is not None:
             samples.append(sample)
     if not samples:
         raise InputDataError(
-            f"None of the {count} cues of {source} has a position ('[latitude: ...] [longitude: ...]'): the aircraft "
-            "had no fix, or writes its positions in another way."
+            f"None of the {count} cues of {source} has a position ('[latitude: ...] [longitude: ...]', or 'GPS (...)' "
+            "to five decimals or more): the aircraft had no fix, or writes its positions in another way."
         )
     return sorted(samples, key=lambda sample: sample.time_s)
 
@@ -120,13 +134,22 @@ def _time_s(times: re.Match[str]) -> float:
     return 3600.0 * hours + 60.0 * minutes + seconds + thousandths / 1000.0
 
 
+def _values(text: str) -> dict[str, float]:
+    """Return the values of a cue by name; those of a list by the names that others have."""
+    values = {name.lower(): float(value) for name, value in _VALUE.findall(text)}
+    for pattern, names in _LISTED:
+        if (found := pattern.search(text)) is not None:
+            values |= zip(names, map(float, found.groups()), strict=True)
+    return values
+
+
 def _sample(time_s: float, values: Mapping[str, float]) -> Sample | None:
     latitude_deg = values.get("latitude", math.nan)
     longitude_deg = next((values[name] for name in _LONGITUDE if name in values), math.nan)
     is_place = abs(latitude_deg) <= 90.0 and abs(longitude_deg) <= 180.0
     if not is_place or latitude_deg == longitude_deg == 0.0:
         return None
-    gimbal = [values.get(name, math.nan) for name in ("gb_yaw", "gb_pitch", "gb_roll")]
+    gimbal = [values.get(name, math.nan) for name in _ANGLES]
     relative_m = _altitude_m(values.get("rel_alt"))
     altitude_m = _altitude_m(values.get("abs_alt", values.get("altitude")))
     return Sample(
