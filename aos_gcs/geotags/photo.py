@@ -17,6 +17,7 @@ import struct
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from datetime import datetime
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -29,6 +30,7 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.heights import AboveHomeM, AmslM
 from aos_gcs.geometry.poses import R_CAM2SENSOR_FRD, R_NED2ENU
 from aos_gcs.geometry.rotations import R_from_yaw_pitch_roll
+from aos_gcs.geotags.dewarp import factory_camera
 from aos_gcs.geotags.exif import ExifTags, exif_tags
 from aos_gcs.geotags.sensors import Sensor, sensor_of
 from aos_gcs.geotags.xmp import parse_xmp
@@ -81,6 +83,7 @@ class Geotag:
     width_px: int
     height_px: int
     focal_px: float | None
+    """None where it is not told, which does not concern the factory's calibration."""
     utc_s: float | None
     """Time of exposure since the Unix epoch; None where it, or its time zone, is not recorded."""
     sensor: Sensor | None = None
@@ -95,16 +98,20 @@ class Geotag:
     """Name of the camera's model; None where it is not told."""
     software: str | None = None
     """Program that has written the file last, or the camera's firmware; None where it is not told."""
+    factory: CameraModel | None = None
+    """Camera as its factory has calibrated it; None where that is not told, or the picture is corrected by it."""
     yaw_beside_aircraft_rad: float | None = None
     """Yaw of the gimbal less that of the aircraft, [-pi, pi]; None where one is not told."""
 
     def camera(self, horizontal_fov_rad: float | None = None) -> CameraModel:
-        """Return the camera; a field of view replaces the focal length in the metadata.
+        """Return the camera, calibrated where that is told; a field of view replaces what the metadata tell.
 
         Raises:
             InputDataError: if neither is known.
         """
         if horizontal_fov_rad is None:
+            if self.factory is not None:
+                return self.factory
             if self.focal_px is None:
                 raise InputDataError(
                     "it has none of CalibratedFocalLength, FocalLengthIn35mmFilm, and FocalLength with "
@@ -163,12 +170,13 @@ def geotag(exif: ExifTags, xmp: Mapping[str, str], width_px: int, height_px: int
         width_px=width_px,
         height_px=height_px,
         focal_px=_focal_px(exif, xmp, width_px, height_px),
-        utc_s=exif.utc_s,
+        utc_s=_utc_s(xmp) or exif.utc_s,
         position_sigma_m=_position_sigma_m(xmp),
         has_rtk_fix=_has_rtk_fix(xmp),
         is_turned=exif.orientation != 1,
         model=exif.model,
         software=exif.software,
+        factory=_factory(exif, xmp, width_px, height_px),
         yaw_beside_aircraft_rad=_yaw_beside_aircraft_rad(xmp),
     )
 
@@ -218,9 +226,24 @@ def _has_rtk_fix(xmp: Mapping[str, str]) -> bool | None:
     return None if flag is None else flag == 50.0
 
 
+def _factory(exif: ExifTags, xmp: Mapping[str, str], width_px: int, height_px: int) -> CameraModel | None:
+    is_as_taken = exif.original_width_px == width_px and exif.digital_zoom == 1.0
+    return factory_camera(xmp, width_px, height_px) if is_as_taken else None
+
+
+def _utc_s(xmp: Mapping[str, str]) -> float | None:
+    """Return the time of exposure that some cameras tell to the microsecond, since the Unix epoch."""
+    try:
+        return datetime.strptime(f"{xmp['UTCAtExposure']} +0000", "%Y:%m:%d %H:%M:%S.%f %z").timestamp()
+    except (KeyError, ValueError):
+        return None
+
+
 def _focal_px(exif: ExifTags, xmp: Mapping[str, str], width_px: int, height_px: int) -> float | None:
     calibrated_px = _first(xmp, ("CalibratedFocalLength", "CalibratedFocalLength/X"))
-    if calibrated_px is not None and calibrated_px > 0.0:
+    # Without a centre it is no calibration: the thermal camera of the Mavic 3T tells micrometres there.
+    is_centred = _first(xmp, ("CalibratedOpticalCenterX",)) != 0.0
+    if calibrated_px is not None and calibrated_px > 0.0 and is_centred:
         return calibrated_px * exif.digital_zoom * width_px / exif.original_width_px
     if exif.focal_per_width is not None:
         return exif.focal_per_width * width_px

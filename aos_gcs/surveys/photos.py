@@ -187,12 +187,17 @@ def _radiometric_camera(
     height_px, width_px = temperatures.celsius.shape
     if isinstance(optics, Intrinsics):
         return optics.camera(width_px, height_px)
-    fov_rad = optics or temperatures.horizontal_fov_rad or _camera_of_tags(tag).horizontal_fov_rad
+    fov_rad = optics or temperatures.horizontal_fov_rad
+    if fov_rad is None:
+        told = _camera_of_tags(tag)
+        size_px = told.width_px, told.height_px
+        intrinsics = Intrinsics(told.fx_px, told.fy_px, told.cx_px, told.cy_px, size_px, told.distortion, "its picture")
+        return intrinsics.camera(width_px, height_px)
     return CameraModel.from_fov(width_px, height_px, fov_rad)
 
 
 def _camera_of_tags(tag: Geotag) -> CameraModel:
-    if tag.focal_px is None:
+    if tag.focal_px is None and tag.factory is None:
         raise InputDataError(
             "it does not tell its focal length, as pictures of some thermal cameras: give the field of view (--fov) or "
             "a camera file (--camera)"

@@ -129,6 +129,11 @@ FOCAL_LENGTHS: dict[str, tuple[dict[str, object], dict[int, Any], float | None]]
     "calibrated": ({"drone-dji:CalibratedFocalLength": "77.5"}, {0xA405: 24}, 77.5),
     "calibrated, zoomed": ({"drone-dji:CalibratedFocalLength": "77.5"}, {0xA404: 2.0}, 155.0),
     "calibrated, reduced": ({"drone-dji:CalibratedFocalLength": "775"}, {0xA002: WIDTH * 10}, 77.5),
+    "calibrated in micrometres": (
+        {"drone-dji:CalibratedFocalLength": "9100.000000", "drone-dji:CalibratedOpticalCenterX": "0.000000"},
+        {0xA405: 40},
+        40.0 / math.hypot(36, 24) * DIAGONAL_PX,
+    ),
     "unknown": ({}, {0x920A: IFDRational(45, 10)}, None),
     "zero": ({}, {0xA405: 0, 0x920A: IFDRational(0, 0)}, None),
 }
@@ -144,6 +149,47 @@ def test_focal_lengths(xmp: dict[str, object], camera: dict[int, Any], expected_
     else:
         assert tag.camera().fx_px == pytest.approx(expected_px)
     assert tag.camera(math.radians(60)).horizontal_fov_rad == pytest.approx(math.radians(60))
+
+
+FACTORY = {
+    "drone-dji:DewarpData": "2018-09-04;78.5,78.4,1.5,-2.5,-0.268652,0.114663,0.0000153,-0.0000461,-0.0350261",
+    "drone-dji:DewarpFlag": "0",
+    "drone-dji:CalibratedFocalLength": "77.5",
+}
+
+
+def test_the_factorys_calibration_is_used_where_the_picture_is_not_corrected_by_it() -> None:
+    camera = tag_of(xmp_packet(DJI | FACTORY)).camera()
+    assert (camera.fx_px, camera.fy_px) == (78.5, 78.4)
+    assert (camera.cx_px, camera.cy_px) == ((WIDTH - 1) / 2 + 1.5, (HEIGHT - 1) / 2 - 2.5)
+    assert camera.distortion is not None
+    assert camera.distortion.coefficients == (-0.268652, 0.114663, 0.0000153, -0.0000461, -0.0350261)
+    assert tag_of(xmp_packet(DJI | FACTORY)).camera(math.radians(60)).distortion is None
+
+
+@pytest.mark.parametrize(
+    ("xmp", "camera"),
+    [
+        ({"drone-dji:DewarpFlag": "1"}, {}),
+        ({"drone-dji:DewarpData": "2018-09-04;78.5,78.4,1.5,-2.5,-0.27"}, {}),
+        ({"drone-dji:DewarpData": "2018-09-04;78.5,78.4,1.5,-2.5,nan,0.1,0,0,0"}, {}),
+        ({"drone-dji:DewarpData": "2018-09-04;0,0,0,0,0,0,0,0,0"}, {}),
+        ({"drone-dji:DewarpData": "2018-09-04;78.5,78.4,400,-2.5,0,0,0,0,0"}, {}),
+        ({"drone-dji:DewarpData": "none"}, {}),
+        ({}, {0xA002: 2 * WIDTH}),
+    ],
+)
+def test_a_calibration_that_does_not_apply_is_left(xmp: dict[str, object], camera: dict[int, Any]) -> None:
+    tag = tag_of(xmp_packet(DJI | FACTORY | xmp), camera=camera)
+    assert tag.factory is None
+    assert tag.camera().distortion is None
+
+
+def test_the_time_of_exposure_may_be_told_to_the_microsecond() -> None:
+    """As a Mavic 3T does, whose EXIF has a time of an unknown zone."""
+    tag = tag_of(xmp_packet(DJI | {"drone-dji:UTCAtExposure": "2022:07:23 07:12:22.872778"}))
+    assert tag.utc_s == pytest.approx(1658560342.872778, abs=1e-6)
+    assert tag_of(xmp_packet(DJI | {"drone-dji:UTCAtExposure": "soon"})).utc_s is None
 
 
 NO_PLACE = DJI | {"drone-dji:GpsLatitude": "0.0", "drone-dji:GpsLongitude": "0.0"}
