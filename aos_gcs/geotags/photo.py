@@ -5,6 +5,7 @@
 | ``GimbalYawDegree``, ``GimbalPitchDegree``, ``GimbalRollDegree`` | DJI, Autel | of the optical axis, -90 is down |
 | ``CameraYawDegree``, ``CameraPitchDegree``, ``CameraRollDegree`` | Parrot | of the optical axis |
 | ``CameraOrientationNED`` with ``Yaw``, ``Pitch``, ``Roll`` | Skydio | of the optical axis |
+| ``CameraYaw``, ``CameraPitch``, ``CameraRoll`` | Teal | of the optical axis |
 | ``Camera:Yaw``, ``Camera:Pitch``, ``Camera:Roll`` | Pix4D's scheme: senseFly, early Autel | pitch 0 is down |
 
 Angles are degrees about north, east and down, turned in the order yaw, pitch, roll.
@@ -58,6 +59,7 @@ _ATTITUDES = (
     (("GimbalYawDegree", "GimbalPitchDegree", "GimbalRollDegree"), R_CAM2SENSOR_FRD),
     (("FlightYawDegree", "GimbalPitchDegree", "GimbalRollDegree"), R_CAM2SENSOR_FRD),
     (("CameraYawDegree", "CameraPitchDegree", "CameraRollDegree"), R_CAM2SENSOR_FRD),
+    (("CameraYaw", "CameraPitch", "CameraRoll"), R_CAM2SENSOR_FRD),
     (("CameraOrientationNED/Yaw", "CameraOrientationNED/Pitch", "CameraOrientationNED/Roll"), R_CAM2SENSOR_FRD),
     (("Yaw", "Pitch", "Roll"), R_CAM2NADIR_FRD),
 )
@@ -114,8 +116,8 @@ class Geotag:
                 return self.factory
             if self.focal_px is None:
                 raise InputDataError(
-                    "it has none of CalibratedFocalLength, FocalLengthIn35mmFilm, and FocalLength with "
-                    "FocalPlaneXResolution"
+                    "it has no CalibratedFocalLength of its own, FocalLengthIn35mmFilm or CameraHorizontalFOV, nor "
+                    "FocalLength with FocalPlaneXResolution"
                 )
             horizontal_fov_rad = 2.0 * math.atan(self.width_px / 2.0 / self.focal_px)
         return CameraModel.from_fov(self.width_px, self.height_px, horizontal_fov_rad)
@@ -241,22 +243,34 @@ def _utc_s(xmp: Mapping[str, str]) -> float | None:
 
 def _focal_px(exif: ExifTags, xmp: Mapping[str, str], width_px: int, height_px: int) -> float | None:
     calibrated_px = _first(xmp, ("CalibratedFocalLength", "CalibratedFocalLength/X"))
-    # Without a centre it is no calibration: the thermal camera of the Mavic 3T tells micrometres there.
-    is_centred = _first(xmp, ("CalibratedOpticalCenterX",)) != 0.0
-    if calibrated_px is not None and calibrated_px > 0.0 and is_centred:
+    if calibrated_px is not None and calibrated_px > 0.0 and _is_of_this_picture(exif, xmp):
         return calibrated_px * exif.digital_zoom * width_px / exif.original_width_px
     if exif.focal_per_width is not None:
         return exif.focal_per_width * width_px
+    fov_deg = _first(xmp, ("CameraHorizontalFOV",))
+    if fov_deg is not None and 0.0 < fov_deg < 180.0:
+        return width_px / 2.0 / math.tan(math.radians(fov_deg) / 2.0)
     # Last, because cameras round it to whole millimetres.
     return None if exif.focal_per_diagonal is None else exif.focal_per_diagonal * math.hypot(width_px, height_px)
 
 
+def _is_of_this_picture(exif: ExifTags, xmp: Mapping[str, str]) -> bool:
+    """Return whether the centre that belongs to a calibrated focal length is about that of the picture.
+
+    The thermal camera of DJI's M3T tells a focal length in micrometres and 0 for its centre, that of Skydio's X2 the
+    calibration of the colour camera beside it.
+    """
+    centre_px = _first(xmp, ("CalibratedOpticalCenterX", "CalibratedOpticalCenter/X"))
+    return centre_px is None or 0.25 < centre_px / exif.original_width_px < 0.75
+
+
 def _first(xmp: Mapping[str, str], names: tuple[str, ...]) -> float | None:
-    """Return the first of some tags that is a finite number."""
+    """Return the first of some tags that is a finite number, as a decimal or as a fraction such as EXIF's."""
     for name in names:
         try:
-            number = float(xmp[name])
-        except (KeyError, ValueError):
+            numerator, slash, denominator = xmp[name].partition("/")
+            number = float(numerator) / (float(denominator) if slash else 1.0)
+        except (KeyError, ValueError, ArithmeticError):
             continue
         if math.isfinite(number):
             return number

@@ -16,6 +16,7 @@ NAMESPACES = {
     "drone": "http://www.autelrobotics.com/drone/1.0/",
     "drone-parrot": "http://www.parrot.com/drone-parrot/1.0/",
     "drone-skydio": "https://www.skydio.com/drone-skydio/1.0/",
+    "exif": "http://ns.adobe.com/exif/1.0/",
     "Camera": "http://pix4d.com/camera/1.0/",
 }
 

@@ -15,6 +15,7 @@ from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.geometry.poses import nadir_pose
 from aos_gcs.geotags.exif import exif_tags
 from aos_gcs.geotags.photo import Geotag, geotag, read_geotag
+from aos_gcs.geotags.sensors import Sensor, sensor_of
 from aos_gcs.geotags.xmp import parse_xmp
 from tests.fakes.photographs import exif_block, write_photograph, xmp_packet
 
@@ -88,6 +89,11 @@ OTHERS = {
         "<drone-parrot:CameraPitchDegree>-90</drone-parrot:CameraPitchDegree>"
         "<drone-parrot:CameraRollDegree>0</drone-parrot:CameraRollDegree>",
     ),
+    "Teal": xmp_packet(
+        {"exif:GPSLatitude": "48,0.0N", "exif:GPSLongitude": "14,0.0E"},
+        "<exif:CameraYaw>30000000/1000000</exif:CameraYaw><exif:CameraPitch>-144000/1600</exif:CameraPitch>"
+        "<exif:CameraRoll>0</exif:CameraRoll>",
+    ),
     "Skydio": xmp_packet(
         {"drone-skydio:Latitude": 48.0, "drone-skydio:Longitude": 14.0},
         '<drone-skydio:CameraOrientationNED drone-skydio:Roll="0" drone-skydio:Pitch="-90" drone-skydio:Yaw="30"/>',
@@ -134,6 +140,13 @@ FOCAL_LENGTHS: dict[str, tuple[dict[str, object], dict[int, Any], float | None]]
         {0xA405: 40},
         40.0 / math.hypot(36, 24) * DIAGONAL_PX,
     ),
+    "field of view": ({"exif:CameraHorizontalFOV": "90000000/1000000"}, {0xA405: 24}, WIDTH / 2),
+    "no field of view": ({"exif:CameraHorizontalFOV": "0/0"}, {0xA405: 24}, 24.0 / math.hypot(36, 24) * DIAGONAL_PX),
+    "calibrated for the camera beside it": (
+        {"drone-dji:CalibratedFocalLength": "4892", "drone-dji:CalibratedOpticalCenterX": f"{WIDTH * 3}"},
+        {},
+        None,
+    ),
     "unknown": ({}, {0x920A: IFDRational(45, 10)}, None),
     "zero": ({}, {0xA405: 0, 0x920A: IFDRational(0, 0)}, None),
 }
@@ -144,7 +157,7 @@ def test_focal_lengths(xmp: dict[str, object], camera: dict[int, Any], expected_
     tag = tag_of(xmp_packet(DJI | xmp), camera=camera)
     assert tag.focal_px == (None if expected_px is None else pytest.approx(expected_px))
     if expected_px is None:
-        with pytest.raises(InputDataError, match="CalibratedFocalLength, FocalLengthIn35mmFilm"):
+        with pytest.raises(InputDataError, match="CalibratedFocalLength of its own, FocalLengthIn35mmFilm"):
             tag.camera()
     else:
         assert tag.camera().fx_px == pytest.approx(expected_px)
@@ -216,6 +229,22 @@ USELESS: dict[str, tuple[bytes, dict[str, Any], str]] = {
 def test_what_is_missing_is_named(xmp: bytes, exif: dict[str, Any], reason: str) -> None:
     with pytest.raises(InputDataError, match=reason):
         tag_of(xmp, **exif)
+
+
+@pytest.mark.parametrize(
+    ("tags", "name", "expected"),
+    [
+        ({"drone-dji:ImageSource": "InfraredCamera"}, "DJI_0001_W.jpg", Sensor.THERMAL),
+        ({"drone-dji:Model": "M3T"}, "DJI_0001_W.jpg", Sensor.WIDE),
+        ({"drone-skydio:CameraSource": "INFRARED"}, "S1008521.jpg", Sensor.THERMAL),
+        ({"drone-skydio:CameraSource": "MAIN_VISIBLE"}, "S1008520.jpg", Sensor.WIDE),
+        ({"exif:Model": "Boson 640"}, "img_00015.jpg", Sensor.THERMAL),
+        ({"exif:Model": "Hadron 640R EO"}, "img_00015.jpg", Sensor.WIDE),
+        ({"exif:Model": "EVO II"}, "MAX_0001.jpg", None),
+    ],
+)
+def test_sensors(tags: dict[str, object], name: str, expected: Sensor | None) -> None:
+    assert sensor_of(parse_xmp(xmp_packet(tags)), name) is expected
 
 
 def test_photographs_are_read_from_files(tmp_path: Path) -> None:
