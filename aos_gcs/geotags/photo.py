@@ -5,7 +5,7 @@
 | ``GimbalYawDegree``, ``GimbalPitchDegree``, ``GimbalRollDegree`` | DJI, Autel | of the optical axis, -90 is down |
 | ``CameraYawDegree``, ``CameraPitchDegree``, ``CameraRollDegree`` | Parrot | of the optical axis |
 | ``CameraOrientationNED`` with ``Yaw``, ``Pitch``, ``Roll`` | Skydio | of the optical axis |
-| ``CameraYaw``, ``CameraPitch``, ``CameraRoll`` | Teal | of the optical axis |
+| ``CameraYaw``, ``CameraPitch``, ``CameraRoll`` | Teal | of the optical axis, on ``PlatformYaw`` … |
 | ``Camera:Yaw``, ``Camera:Pitch``, ``Camera:Roll`` | Pix4D's scheme: senseFly, early Autel | pitch 0 is down |
 
 Angles are degrees about north, east and down, turned in the order yaw, pitch, roll.
@@ -55,15 +55,21 @@ _LATITUDE = ("GpsLatitude", "GPSLatitude", "Latitude")
 _LONGITUDE = ("GpsLongitude", "GPSLongitude", "GpsLongtitude", "GPSLongtitude", "Longitude")
 """``Longtitude`` is what the firmware of some aircraft says."""
 
+_PIX4D = ("Yaw", "Pitch", "Roll")
 _ATTITUDES = (
     (("GimbalYawDegree", "GimbalPitchDegree", "GimbalRollDegree"), R_CAM2SENSOR_FRD),
     (("FlightYawDegree", "GimbalPitchDegree", "GimbalRollDegree"), R_CAM2SENSOR_FRD),
     (("CameraYawDegree", "CameraPitchDegree", "CameraRollDegree"), R_CAM2SENSOR_FRD),
-    (("CameraYaw", "CameraPitch", "CameraRoll"), R_CAM2SENSOR_FRD),
     (("CameraOrientationNED/Yaw", "CameraOrientationNED/Pitch", "CameraOrientationNED/Roll"), R_CAM2SENSOR_FRD),
-    (("Yaw", "Pitch", "Roll"), R_CAM2NADIR_FRD),
+    (_PIX4D, R_CAM2NADIR_FRD),
 )
 """Names of yaw, pitch and roll, in the order in which they are looked for, and the axes they turn."""
+_ON_PLATFORM = ("CameraYaw", "CameraPitch", "CameraRoll")
+_PLATFORM = ("PlatformYaw", "PlatformPitch", "PlatformRoll")
+
+_MIN_PIX4D_PITCH_DEG = -45.0
+"""Pitch of Pix4D's scheme below which a camera would look back: Autel's EVO Lite Enterprise 640T counts from the
+horizon."""
 
 MAX_ALTITUDE_M = 20_000.0
 _MAX_SIGMA_M = 1000.0
@@ -199,11 +205,26 @@ def R_cam2enu_of_gimbal(
 
 
 def _attitude(xmp: Mapping[str, str]) -> NDArray[np.float64]:
-    for (yaw_name, pitch_name, roll_name), R_cam2body in _ATTITUDES:
-        yaw_deg, pitch_deg = _first(xmp, (yaw_name,)), _first(xmp, (pitch_name,))
-        if yaw_deg is not None and pitch_deg is not None:
-            return R_cam2enu_of_gimbal(yaw_deg, pitch_deg, _first(xmp, (roll_name,)) or 0.0, R_cam2body)
+    for names, R_cam2body in _ATTITUDES:
+        angles_deg = _angles_deg(xmp, names)
+        if angles_deg is not None:
+            if R_cam2body is R_CAM2SENSOR_FRD and angles_deg == (0.0, 0.0, 0.0):
+                # A gimbal that is not calibrated, or does not report.
+                raise InputDataError(f"its {', '.join(names)} are all 0: it does not know where its camera looked")
+            is_from_horizon = names == _PIX4D and angles_deg[1] < _MIN_PIX4D_PITCH_DEG
+            return R_cam2enu_of_gimbal(*angles_deg, R_CAM2SENSOR_FRD if is_from_horizon else R_cam2body)
+    on_platform_deg, platform_deg = _angles_deg(xmp, _ON_PLATFORM), _angles_deg(xmp, _PLATFORM)
+    if on_platform_deg is not None and platform_deg is not None:
+        yaw_deg, pitch_deg, roll_deg = on_platform_deg
+        R_gimbal2body = R_from_yaw_pitch_roll((math.radians(yaw_deg), math.radians(pitch_deg), math.radians(roll_deg)))
+        return R_cam2enu_of_gimbal(*platform_deg, R_gimbal2body @ R_CAM2SENSOR_FRD)
     raise InputDataError("it has no GimbalYawDegree and GimbalPitchDegree, nor another known attitude of the camera")
+
+
+def _angles_deg(xmp: Mapping[str, str], names: tuple[str, str, str]) -> tuple[float, float, float] | None:
+    """Return yaw, pitch and roll, which is 0 where it is not told; None without one of the others."""
+    yaw_deg, pitch_deg, roll_deg = (_first(xmp, (name,)) for name in names)
+    return None if yaw_deg is None or pitch_deg is None else (yaw_deg, pitch_deg, roll_deg or 0.0)
 
 
 def _position_sigma_m(xmp: Mapping[str, str]) -> tuple[float, float, float] | None:

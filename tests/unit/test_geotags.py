@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from PIL.TiffImagePlugin import IFDRational
 
@@ -55,6 +55,7 @@ def test_the_optical_axis_follows_pitch_and_yaw() -> None:
 
 @given(yaw=st.floats(-180, 180), pitch=st.floats(-90, 30), roll=st.floats(-45, 45))
 def test_gimbal_angles_give_rotations(yaw: float, pitch: float, roll: float) -> None:
+    assume(any((yaw, pitch, roll)))
     angles = {"GimbalYawDegree": yaw, "GimbalPitchDegree": pitch, "GimbalRollDegree": roll}
     R = geotag(
         exif_tags(exif_block(48.0, 14.0), WIDTH), {name: repr(value) for name, value in angles.items()}, WIDTH, HEIGHT
@@ -91,8 +92,9 @@ OTHERS = {
     ),
     "Teal": xmp_packet(
         {"exif:GPSLatitude": "48,0.0N", "exif:GPSLongitude": "14,0.0E"},
-        "<exif:CameraYaw>30000000/1000000</exif:CameraYaw><exif:CameraPitch>-144000/1600</exif:CameraPitch>"
-        "<exif:CameraRoll>0</exif:CameraRoll>",
+        "<exif:CameraYaw>359000000/1000000</exif:CameraYaw><exif:CameraPitch>-144000/1600</exif:CameraPitch>"
+        "<exif:CameraRoll>0</exif:CameraRoll><exif:PlatformYaw>31</exif:PlatformYaw>"
+        "<exif:PlatformPitch>0</exif:PlatformPitch><exif:PlatformRoll>0</exif:PlatformRoll>",
     ),
     "Skydio": xmp_packet(
         {"drone-skydio:Latitude": 48.0, "drone-skydio:Longitude": 14.0},
@@ -106,6 +108,7 @@ OTHERS = {
         "</drone-skydio:CameraOrientationNED>",
     ),
     "Pix4D": xmp_packet({"Camera:Yaw": 30.0, "Camera:Pitch": 0.0, "Camera:Roll": 0.0}),
+    "Autel, from the horizon": xmp_packet({"Camera:Yaw": 30.0, "Camera:Pitch": -90.0, "Camera:Roll": 0.0}),
 }
 
 
@@ -119,6 +122,19 @@ def test_other_names_for_the_same_pose(xmp: bytes) -> None:
 def test_pitch_of_pix4d_counts_from_nadir() -> None:
     R = tag_of(xmp_packet({"Camera:Yaw": 0, "Camera:Pitch": 30}), latitude_deg=1.0, longitude_deg=1.0).R_cam2enu
     np.testing.assert_allclose(R[:, 2], [0.0, 0.5, -math.cos(math.radians(30))], atol=1e-12)
+
+
+def test_a_camera_turns_with_the_platform_that_its_angles_are_of() -> None:
+    angles = {"exif:CameraYaw": 10, "exif:CameraPitch": -60, "exif:CameraRoll": 0}
+    platform = {"exif:PlatformYaw": 80, "exif:PlatformPitch": 0, "exif:PlatformRoll": 0}
+    position = {"latitude_deg": 1.0, "longitude_deg": 1.0}
+    down, east = tag_of(xmp_packet(angles | platform), **position).R_cam2enu[:, [1, 2]].T
+    np.testing.assert_allclose(east, [0.5, 0.0, -math.sin(math.radians(60))], atol=1e-12)
+    assert down[2] == pytest.approx(-0.5)
+    nose_up = tag_of(xmp_packet(angles | platform | {"exif:CameraYaw": 0, "exif:PlatformPitch": 15}), **position)
+    assert nose_up.R_cam2enu[2, 2] == pytest.approx(-math.sin(math.radians(45)))
+    with pytest.raises(InputDataError, match="GimbalYawDegree"):
+        tag_of(xmp_packet(angles), **position)
 
 
 @given(latitude=st.floats(-89.9, 89.9), longitude=st.floats(-179.9, 179.9), altitude=st.floats(-400, 8000))
@@ -212,6 +228,11 @@ USELESS: dict[str, tuple[bytes, dict[str, Any], str]] = {
     "nothing": (b"", {}, "no GPSLatitude and GPSLongitude"),
     "no attitude": (b"", {"latitude_deg": 48.0, "longitude_deg": 14.0}, "no GimbalYawDegree and GimbalPitchDegree"),
     "no pitch": (xmp_packet(NO_ANGLE), {}, "no GimbalYawDegree and GimbalPitchDegree"),
+    "a gimbal that does not report": (
+        xmp_packet(DJI | dict.fromkeys(("drone-dji:GimbalYawDegree", "drone-dji:GimbalPitchDegree"), "0.00")),
+        {},
+        "GimbalYawDegree, GimbalPitchDegree, GimbalRollDegree are all 0: it does not know where its camera looked",
+    ),
     "no number": (xmp_packet(DJI | {"drone-dji:GimbalPitchDegree": "nan"}), {}, "no GimbalYawDegree and"),
     "no fix": (xmp_packet(NO_PLACE), {}, "is not on the earth: it had no fix"),
     "off the globe": (xmp_packet(DJI | {"drone-dji:GpsLatitude": "148"}), {}, "is not on the earth"),
