@@ -251,7 +251,8 @@ def _has_rtk_fix(xmp: Mapping[str, str]) -> bool | None:
 
 def _factory(exif: ExifTags, xmp: Mapping[str, str], width_px: int, height_px: int) -> CameraModel | None:
     is_as_taken = exif.original_width_px == width_px and exif.digital_zoom == 1.0
-    return factory_camera(xmp, width_px, height_px) if is_as_taken else None
+    is_its_own = is_as_taken and _is_of_this_picture(exif, xmp)
+    return factory_camera(xmp, width_px, height_px) if is_its_own else None
 
 
 def _utc_s(xmp: Mapping[str, str]) -> float | None:
@@ -279,7 +280,7 @@ def _is_of_this_picture(exif: ExifTags, xmp: Mapping[str, str]) -> bool:
     """Return whether the centre that belongs to a calibrated focal length is about that of the picture.
 
     The thermal camera of DJI's M3T tells a focal length in micrometres and 0 for its centre, that of Skydio's X2 the
-    calibration of the colour camera beside it.
+    calibration of the colour camera beside it, and a picture that was reduced, and has lost its EXIF, that of before.
     """
     centre_px = _first(xmp, ("CalibratedOpticalCenterX", "CalibratedOpticalCenter/X"))
     return centre_px is None or 0.25 < centre_px / exif.original_width_px < 0.75

@@ -17,6 +17,7 @@ _MAX_DEPTH: Final = 64
 """Deepest nesting of elements; packets of cameras have up to about ten."""
 _RDF = "{http://www.w3.org/1999/02/22-rdf-syntax-ns#}"
 _END = b"</x:xmpmeta>"
+_GDAL_DOMAIN = b"xml:XMP="
 _REPEATED_NAMESPACE = re.compile(rb"""(\sxmlns:([\w.-]+)=("[^"]*"|'[^']*'))(?:\s+xmlns:\2=\3)+""")
 
 
@@ -47,10 +48,10 @@ def _well_formed(packet: bytes) -> bytes:
     """Return a packet as its camera meant it.
 
     Packets are padded with spaces, some with zeros; the Zenmuse XT S declares a namespace twice, and leaves the
-    instruction behind the document unfinished.
+    instruction behind the document unfinished. GDAL puts the name of its domain before those that it copies.
     """
     document, end, _ = packet.rpartition(_END)
-    return _REPEATED_NAMESPACE.sub(rb"\1", (document + end or packet).strip(b"\0 \r\n\t"))
+    return _REPEATED_NAMESPACE.sub(rb"\1", (document + end or packet).strip(b"\0 \r\n\t").removeprefix(_GDAL_DOMAIN))
 
 
 def _is_deep(root: Element) -> bool:

@@ -200,6 +200,7 @@ def test_the_factorys_calibration_is_used_where_the_picture_is_not_corrected_by_
     ("xmp", "camera"),
     [
         ({"drone-dji:DewarpFlag": "1"}, {}),
+        ({"drone-dji:CalibratedOpticalCenterX": f"{2 * WIDTH}"}, {0xA405: 24}),
         ({"drone-dji:DewarpData": "2018-09-04;78.5,78.4,1.5,-2.5,-0.27"}, {}),
         ({"drone-dji:DewarpData": "2018-09-04;78.5,78.4,1.5,-2.5,nan,0.1,0,0,0"}, {}),
         ({"drone-dji:DewarpData": "2018-09-04;0,0,0,0,0,0,0,0,0"}, {}),
@@ -326,6 +327,10 @@ def test_a_packet_of_the_zenmuse_xt_s_is_read() -> None:
     namespace = b'xmlns:drone-dji="http://www.dji.com/drone-dji/1.0/"'
     packet = xmp_packet(DJI).replace(namespace, namespace + b"\n" + namespace)
     assert parse_xmp(packet[:-1] + b"\0\0") == parse_xmp(xmp_packet(DJI))
+
+
+def test_a_packet_that_gdal_has_copied_is_read() -> None:
+    assert parse_xmp(b"xml:XMP=" + xmp_packet(DJI)) == parse_xmp(xmp_packet(DJI))
 
 
 def test_values_that_no_aircraft_has_are_refused() -> None:

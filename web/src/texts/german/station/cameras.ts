@@ -94,8 +94,12 @@ export const cameras: readonly StationText[] = [
     "es hat weder GimbalYawDegree und GimbalPitchDegree noch eine andere bekannte Ausrichtung der Kamera",
   ],
   [
-    "it has none of CalibratedFocalLength, FocalLengthIn35mmFilm, and FocalLength with FocalPlaneXResolution",
-    "es hat weder CalibratedFocalLength noch FocalLengthIn35mmFilm noch FocalLength mit FocalPlaneXResolution",
+    "it has no CalibratedFocalLength of its own, FocalLengthIn35mmFilm or CameraHorizontalFOV, nor FocalLength with FocalPlaneXResolution",
+    "es hat weder eine eigene CalibratedFocalLength noch FocalLengthIn35mmFilm oder CameraHorizontalFOV noch FocalLength mit FocalPlaneXResolution",
+  ],
+  [
+    "its {names} are all 0: it does not know where its camera looked",
+    "{names} sind alle 0: Es weiß nicht, wohin seine Kamera sah",
   ],
   ["it is not a readable image", "es ist kein lesbares Bild"],
   [
