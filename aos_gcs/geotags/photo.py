@@ -208,8 +208,8 @@ def _attitude(xmp: Mapping[str, str]) -> NDArray[np.float64]:
     for names, R_cam2body in _ATTITUDES:
         angles_deg = _angles_deg(xmp, names)
         if angles_deg is not None:
-            if R_cam2body is R_CAM2SENSOR_FRD and angles_deg == (0.0, 0.0, 0.0):
-                # A gimbal that is not calibrated, or does not report.
+            if angles_deg == (0.0, 0.0, 0.0) and _first(xmp, ("FlightYawDegree",)):
+                # DJI's Mini 2, whose gimbal does not report; of others the camera looks where the aircraft flies.
                 raise InputDataError(f"its {', '.join(names)} are all 0: it does not know where its camera looked")
             is_from_horizon = names == _PIX4D and angles_deg[1] < _MIN_PIX4D_PITCH_DEG
             return R_cam2enu_of_gimbal(*angles_deg, R_CAM2SENSOR_FRD if is_from_horizon else R_cam2body)
