@@ -99,7 +99,8 @@ class Bench:
             lambda: (
                 len(self.fleet.vehicles()) == self.vehicles
                 and all(vehicle.state.ready_to_arm for vehicle in self.fleet.vehicles().values())
-            )
+            ),
+            within_s=600.0,  # MAVSDK's servers start slowly on a busy machine
         )
 
     async def fly(self, vehicle_id: int, height_m: float = 10.0) -> Vehicle:
