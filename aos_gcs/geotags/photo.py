@@ -1,15 +1,4 @@
-"""The geotag of a photograph: position, attitude and focal length, whatever names its manufacturer uses.
-
-| tags | written by | attitude |
-|---|---|---|
-| ``GimbalYawDegree``, ``GimbalPitchDegree``, ``GimbalRollDegree`` | DJI, Autel | of the optical axis, -90 is down |
-| ``CameraYawDegree``, ``CameraPitchDegree``, ``CameraRollDegree`` | Parrot | of the optical axis |
-| ``CameraOrientationNED`` with ``Yaw``, ``Pitch``, ``Roll`` | Skydio | of the optical axis |
-| ``CameraYaw``, ``CameraPitch``, ``CameraRoll`` | Teal | of the optical axis, on ``PlatformYaw`` … |
-| ``Camera:Yaw``, ``Camera:Pitch``, ``Camera:Roll`` | Pix4D's scheme: senseFly, early Autel | pitch 0 is down |
-
-Angles are degrees about north, east and down, turned in the order yaw, pitch, roll.
-"""
+"""The geotag of a photograph: position, attitude and focal length, whatever names its manufacturer uses."""
 
 from __future__ import annotations
 
@@ -29,15 +18,11 @@ from aos_gcs.errors import InputDataError
 from aos_gcs.extras import load_extra
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.heights import AboveHomeM, AmslM
-from aos_gcs.geometry.poses import R_CAM2SENSOR_FRD, R_NED2ENU
-from aos_gcs.geometry.rotations import R_from_yaw_pitch_roll
+from aos_gcs.geotags.attitude import R_cam2enu_of_tags
 from aos_gcs.geotags.dewarp import factory_camera
 from aos_gcs.geotags.exif import ExifTags, exif_tags
 from aos_gcs.geotags.sensors import Sensor, sensor_of
-from aos_gcs.geotags.xmp import parse_xmp
-
-R_CAM2NADIR_FRD: NDArray[np.float64] = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-"""OpenCV camera axes to those of a body that carries a camera looking down, its upper edge forward."""
+from aos_gcs.geotags.xmp import first_number, parse_xmp
 
 _BROKEN = (OSError, ValueError, SyntaxError, KeyError, IndexError, TypeError, ArithmeticError, struct.error)
 """Errors that Pillow raises for damaged files, SyntaxError among them."""
@@ -54,22 +39,6 @@ other values are mirrored."""
 _LATITUDE = ("GpsLatitude", "GPSLatitude", "Latitude")
 _LONGITUDE = ("GpsLongitude", "GPSLongitude", "GpsLongtitude", "GPSLongtitude", "Longitude")
 """``Longtitude`` is what the firmware of some aircraft says."""
-
-_PIX4D = ("Yaw", "Pitch", "Roll")
-_ATTITUDES = (
-    (("GimbalYawDegree", "GimbalPitchDegree", "GimbalRollDegree"), R_CAM2SENSOR_FRD),
-    (("FlightYawDegree", "GimbalPitchDegree", "GimbalRollDegree"), R_CAM2SENSOR_FRD),
-    (("CameraYawDegree", "CameraPitchDegree", "CameraRollDegree"), R_CAM2SENSOR_FRD),
-    (("CameraOrientationNED/Yaw", "CameraOrientationNED/Pitch", "CameraOrientationNED/Roll"), R_CAM2SENSOR_FRD),
-    (_PIX4D, R_CAM2NADIR_FRD),
-)
-"""Names of yaw, pitch and roll, in the order in which they are looked for, and the axes they turn."""
-_ON_PLATFORM = ("CameraYaw", "CameraPitch", "CameraRoll")
-_PLATFORM = ("PlatformYaw", "PlatformPitch", "PlatformRoll")
-
-_MIN_PIX4D_PITCH_DEG = -45.0
-"""Pitch of Pix4D's scheme below which a camera would look back: Autel's EVO Lite Enterprise 640T counts from the
-horizon."""
 
 MAX_ALTITUDE_M = 20_000.0
 _MAX_SIGMA_M = 1000.0
@@ -155,7 +124,7 @@ def geotag(exif: ExifTags, xmp: Mapping[str, str], width_px: int, height_px: int
     Raises:
         InputDataError: naming the tag that is missing, or of no use.
     """
-    latitude_deg, longitude_deg = _first(xmp, _LATITUDE), _first(xmp, _LONGITUDE)
+    latitude_deg, longitude_deg = first_number(xmp, *_LATITUDE), first_number(xmp, *_LONGITUDE)
     if latitude_deg is None or longitude_deg is None:
         latitude_deg, longitude_deg = exif.latitude_deg, exif.longitude_deg
     if latitude_deg is None or longitude_deg is None:
@@ -164,9 +133,9 @@ def geotag(exif: ExifTags, xmp: Mapping[str, str], width_px: int, height_px: int
         raise InputDataError(f"its position, {latitude_deg:g}, {longitude_deg:g}, is not on the earth: it had no fix")
     if exif.orientation not in _R_FILE2SHOWN:
         raise InputDataError(f"its Orientation tag, {exif.orientation}, says that it is mirrored")
-    altitude_m, relative_m = _first(xmp, ("AbsoluteAltitude",)), _first(xmp, ("RelativeAltitude",))
+    altitude_m, relative_m = first_number(xmp, "AbsoluteAltitude"), first_number(xmp, "RelativeAltitude")
     for name in ("AbsoluteAltitude", "RelativeAltitude"):
-        value_m = _first(xmp, (name,))
+        value_m = first_number(xmp, name)
         if value_m is not None and abs(value_m) > MAX_ALTITUDE_M:
             raise InputDataError(f"its {name}, {value_m:g} m, is not a plausible altitude of an aircraft")
     return Geotag(
@@ -174,7 +143,7 @@ def geotag(exif: ExifTags, xmp: Mapping[str, str], width_px: int, height_px: int
         longitude_deg=longitude_deg,
         altitude_amsl_m=exif.altitude_amsl_m if altitude_m is None else AmslM(altitude_m),
         relative_altitude_m=None if relative_m is None else AboveHomeM(relative_m),
-        R_cam2enu=_attitude(xmp) @ _R_FILE2SHOWN[exif.orientation],
+        R_cam2enu=R_cam2enu_of_tags(xmp) @ _R_FILE2SHOWN[exif.orientation],
         width_px=width_px,
         height_px=height_px,
         focal_px=_focal_px(exif, xmp, width_px, height_px),
@@ -189,46 +158,8 @@ def geotag(exif: ExifTags, xmp: Mapping[str, str], width_px: int, height_px: int
     )
 
 
-def R_cam2enu_of_gimbal(
-    yaw_deg: float, pitch_deg: float, roll_deg: float = 0.0, R_cam2body: NDArray[np.float64] = R_CAM2SENSOR_FRD
-) -> NDArray[np.float64]:
-    """Return the orientation of a camera, shape (3, 3), from angles about north, east and down.
-
-    Args:
-        yaw_deg: clockwise from north.
-        pitch_deg: upwards.
-        roll_deg: clockwise as seen by the camera.
-        R_cam2body: OpenCV camera axes to the axes that the angles turn; by default those of the optical axis.
-    """
-    R_body2ned = R_from_yaw_pitch_roll((math.radians(yaw_deg), math.radians(pitch_deg), math.radians(roll_deg)))
-    return np.asarray(R_NED2ENU @ R_body2ned @ R_cam2body)
-
-
-def _attitude(xmp: Mapping[str, str]) -> NDArray[np.float64]:
-    for names, R_cam2body in _ATTITUDES:
-        angles_deg = _angles_deg(xmp, names)
-        if angles_deg is not None:
-            if angles_deg == (0.0, 0.0, 0.0) and _first(xmp, ("FlightYawDegree",)):
-                # DJI's Mini 2, whose gimbal does not report; of others the camera looks where the aircraft flies.
-                raise InputDataError(f"its {', '.join(names)} are all 0: it does not know where its camera looked")
-            is_from_horizon = names == _PIX4D and angles_deg[1] < _MIN_PIX4D_PITCH_DEG
-            return R_cam2enu_of_gimbal(*angles_deg, R_CAM2SENSOR_FRD if is_from_horizon else R_cam2body)
-    on_platform_deg, platform_deg = _angles_deg(xmp, _ON_PLATFORM), _angles_deg(xmp, _PLATFORM)
-    if on_platform_deg is not None and platform_deg is not None:
-        yaw_deg, pitch_deg, roll_deg = on_platform_deg
-        R_gimbal2body = R_from_yaw_pitch_roll((math.radians(yaw_deg), math.radians(pitch_deg), math.radians(roll_deg)))
-        return R_cam2enu_of_gimbal(*platform_deg, R_gimbal2body @ R_CAM2SENSOR_FRD)
-    raise InputDataError("it has no GimbalYawDegree and GimbalPitchDegree, nor another known attitude of the camera")
-
-
-def _angles_deg(xmp: Mapping[str, str], names: tuple[str, str, str]) -> tuple[float, float, float] | None:
-    """Return yaw, pitch and roll, which is 0 where it is not told; None without one of the others."""
-    yaw_deg, pitch_deg, roll_deg = (_first(xmp, (name,)) for name in names)
-    return None if yaw_deg is None or pitch_deg is None else (yaw_deg, pitch_deg, roll_deg or 0.0)
-
-
 def _position_sigma_m(xmp: Mapping[str, str]) -> tuple[float, float, float] | None:
-    east_m, north_m, up_m = (_first(xmp, (name,)) for name in ("RtkStdLon", "RtkStdLat", "RtkStdHgt"))
+    east_m, north_m, up_m = (first_number(xmp, name) for name in ("RtkStdLon", "RtkStdLat", "RtkStdHgt"))
     if east_m is None or north_m is None or up_m is None or min(east_m, north_m, up_m) <= 0.0:
         return None
     if max(east_m, north_m, up_m) > _MAX_SIGMA_M:
@@ -237,14 +168,14 @@ def _position_sigma_m(xmp: Mapping[str, str]) -> tuple[float, float, float] | No
 
 
 def _yaw_beside_aircraft_rad(xmp: Mapping[str, str]) -> float | None:
-    gimbal_deg, aircraft_deg = (_first(xmp, (name,)) for name in ("GimbalYawDegree", "FlightYawDegree"))
+    gimbal_deg, aircraft_deg = (first_number(xmp, name) for name in ("GimbalYawDegree", "FlightYawDegree"))
     if gimbal_deg is None or aircraft_deg is None:
         return None
     return math.remainder(math.radians(gimbal_deg - aircraft_deg), 2.0 * math.pi)
 
 
 def _has_rtk_fix(xmp: Mapping[str, str]) -> bool | None:
-    flag = _first(xmp, ("RtkFlag",))
+    flag = first_number(xmp, "RtkFlag")
     # DJI: 0 no solution, 16 single, 34 float, 50 fixed; without a receiver the tag is missing.
     return None if flag is None else flag == 50.0
 
@@ -264,12 +195,12 @@ def _utc_s(xmp: Mapping[str, str]) -> float | None:
 
 
 def _focal_px(exif: ExifTags, xmp: Mapping[str, str], width_px: int, height_px: int) -> float | None:
-    calibrated_px = _first(xmp, ("CalibratedFocalLength", "CalibratedFocalLength/X"))
+    calibrated_px = first_number(xmp, "CalibratedFocalLength", "CalibratedFocalLength/X")
     if calibrated_px is not None and calibrated_px > 0.0 and _is_of_this_picture(exif, xmp):
         return calibrated_px * exif.digital_zoom * width_px / exif.original_width_px
     if exif.focal_per_width is not None:
         return exif.focal_per_width * width_px
-    fov_deg = _first(xmp, ("CameraHorizontalFOV",))
+    fov_deg = first_number(xmp, "CameraHorizontalFOV")
     if fov_deg is not None and 0.0 < fov_deg < 180.0:
         return width_px / 2.0 / math.tan(math.radians(fov_deg) / 2.0)
     # Last, because cameras round it to whole millimetres.
@@ -282,18 +213,5 @@ def _is_of_this_picture(exif: ExifTags, xmp: Mapping[str, str]) -> bool:
     The thermal camera of DJI's M3T tells a focal length in micrometres and 0 for its centre, that of Skydio's X2 the
     calibration of the colour camera beside it, and a picture that was reduced, and has lost its EXIF, that of before.
     """
-    centre_px = _first(xmp, ("CalibratedOpticalCenterX", "CalibratedOpticalCenter/X"))
+    centre_px = first_number(xmp, "CalibratedOpticalCenterX", "CalibratedOpticalCenter/X")
     return centre_px is None or 0.25 < centre_px / exif.original_width_px < 0.75
-
-
-def _first(xmp: Mapping[str, str], names: tuple[str, ...]) -> float | None:
-    """Return the first of some tags that is a finite number, as a decimal or as a fraction such as EXIF's."""
-    for name in names:
-        try:
-            numerator, slash, denominator = xmp[name].partition("/")
-            number = float(numerator) / (float(denominator) if slash else 1.0)
-        except (KeyError, ValueError, ArithmeticError):
-            continue
-        if math.isfinite(number):
-            return number
-    return None

@@ -6,7 +6,9 @@ Photographs come from outside: XML is parsed by defusedxml.
 
 from __future__ import annotations
 
+import math
 import re
+from collections.abc import Mapping
 from typing import Any, Final
 from xml.etree.ElementTree import Element, ParseError
 
@@ -42,6 +44,19 @@ def parse_xmp(packet: bytes) -> dict[str, str]:
         for name, value in _properties(description):
             table.setdefault(name, value)
     return table
+
+
+def first_number(xmp: Mapping[str, str], *names: str) -> float | None:
+    """Return the first of some properties that is a finite number, as a decimal or as a fraction; None without one."""
+    for name in names:
+        try:
+            numerator, slash, denominator = xmp[name].partition("/")
+            number = float(numerator) / (float(denominator) if slash else 1.0)
+        except (KeyError, ValueError, ArithmeticError):
+            continue
+        if math.isfinite(number):
+            return number
+    return None
 
 
 def _well_formed(packet: bytes) -> bytes:

@@ -25,7 +25,8 @@ from PIL import Image
 from aos_gcs.exports.adiat import FILE_NAME, AdiatImage, InterestArea, adiat_document
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.geometry.poses import nadir_pose
-from aos_gcs.geotags.photo import R_cam2enu_of_gimbal, read_geotag
+from aos_gcs.geotags.attitude import R_cam2enu_of_gimbal
+from aos_gcs.geotags.photo import read_geotag
 from aos_gcs.geotags.writing import PhotoTag, tagged_jpeg
 from aos_gcs.mission.model.findings import ErrorEllipse, Finding, FindingStatus
 from aos_gcs.store.reader import MissionReader

@@ -231,7 +231,7 @@ USELESS: dict[str, tuple[bytes, dict[str, Any], str]] = {
     "a gimbal that does not report": (
         xmp_packet(DJI | dict.fromkeys(("drone-dji:GimbalYawDegree", "drone-dji:GimbalPitchDegree"), "0.00")),
         {},
-        "GimbalYawDegree, GimbalPitchDegree, GimbalRollDegree are all 0: it does not know where its camera looked",
+        "GimbalYawDegree, GimbalPitchDegree, GimbalRollDegree are all 0: the gimbal has not reported its angles",
     ),
     "no number": (xmp_packet(DJI | {"drone-dji:GimbalPitchDegree": "nan"}), {}, "no GimbalYawDegree and"),
     "no fix": (xmp_packet(NO_PLACE), {}, "is not on the earth: it had no fix"),

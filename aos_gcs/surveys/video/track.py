@@ -14,7 +14,7 @@ from aos_gcs.errors import InputDataError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.geometry.heights import SEA_LEVEL, AboveHomeM, AmslM, home_below_m
 from aos_gcs.geometry.poses import Pose
-from aos_gcs.geotags.photo import R_cam2enu_of_gimbal
+from aos_gcs.geotags.attitude import R_cam2enu_of_gimbal
 from aos_gcs.surveys.video.jumps import without_jumps
 from aos_gcs.surveys.video.subtitles import Attitude, Sample
 

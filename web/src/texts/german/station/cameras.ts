@@ -98,8 +98,8 @@ export const cameras: readonly StationText[] = [
     "es hat weder eine eigene CalibratedFocalLength noch FocalLengthIn35mmFilm oder CameraHorizontalFOV noch FocalLength mit FocalPlaneXResolution",
   ],
   [
-    "its {names} are all 0: it does not know where its camera looked",
-    "{names} sind alle 0: Es weiß nicht, wohin seine Kamera sah",
+    "its {names} are all 0: the gimbal has not reported its angles",
+    "{names} sind alle 0: Der Gimbal hat seine Winkel nicht gemeldet",
   ],
   ["it is not a readable image", "es ist kein lesbares Bild"],
   [
