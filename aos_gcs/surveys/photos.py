@@ -197,12 +197,10 @@ def _radiometric_camera(
 
 
 def _camera_of_tags(tag: Geotag) -> CameraModel:
-    if tag.focal_px is None and tag.factory is None:
-        raise InputDataError(
-            "it does not tell its focal length, as pictures of some thermal cameras: give the field of view (--fov) or "
-            "a camera file (--camera)"
-        )
-    return tag.camera()
+    try:
+        return tag.camera()
+    except InputDataError as error:
+        raise InputDataError(f"{error}: give the field of view (--fov) or a camera file (--camera)") from error
 
 
 def _read(

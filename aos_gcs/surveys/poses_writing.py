@@ -33,13 +33,12 @@ def poses_document(
         when = {} if time_s is None else {"time_s": round(time_s, 6)}
         entries.append({"imagefile": name, **when, "M3x4": M.tolist()})
     place = {} if origin is None else {"origin": [origin.latitude_deg, origin.longitude_deg, origin.altitude_amsl_m]}
-    return {**_described(camera), **place, "images": entries}
+    described = {} if camera is None else _described(camera)
+    return {**described, **place, "images": entries}
 
 
-def _described(camera: CameraModel | None) -> dict[str, object]:
+def _described(camera: CameraModel) -> dict[str, object]:
     """Return the fields of a camera."""
-    if camera is None:
-        return {}
     fields: dict[str, object] = {name: getattr(camera, f"{name}_px") for name in (*INTRINSICS, *SIZE)}
     if camera.distortion is not None:
         name = next(name for name, model in LENSES.items() if model is camera.distortion.model)

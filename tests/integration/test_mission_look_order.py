@@ -93,7 +93,7 @@ def test_what_may_be_a_person_after_all_is_looked_at_behind_the_last_leg() -> No
     swept = [step.elapsed_s for step in flight.recorder.steps.values() if step.branch == "sweep"]
     assert all(step.elapsed_s > max(swept) for step in flight.recorder.steps.values() if step.phase is Phase.CONVERGE)
     assert len(said(flight, "Looked at now, as it was left for later: ")) == 1
-    assert len(said(flight, "The search ends before this is sure")) == 1
+    assert len(said(flight, "Undecided when the search ended")) == 1
     assert flight.view.snapshot().outcome is Outcome.FOUND
 
 

@@ -296,7 +296,7 @@ def looked_at(probability: float, *, findings: Findings) -> tuple[Claims, Notice
 
 @pytest.mark.parametrize(("probability", "is_announced"), [(0.34, False), (0.36, True), (0.59, True)])
 def test_what_a_look_leaves_undecided_is_announced_when_the_search_ends(probability: float, is_announced: bool) -> None:
-    """Of eleven persons missed in 210 missions eight were left with 35 to 60 %, and two other bodies."""
+    """Eight of eleven persons missed in 210 missions were left with 35 to 60 %, and two other bodies."""
     findings = Findings()
     claims, journal, follower = looked_at(probability, findings=findings)
     claims.settle_target()
@@ -306,7 +306,7 @@ def test_what_a_look_leaves_undecided_is_announced_when_the_search_ends(probabil
     assert len(findings.persons()) == len(journal.texts[told:]) == is_announced
     if is_announced:
         assert journal.texts[-1].startswith(f"Possible person ({100 * probability:.0f} %) at 5.0 m east, 20.0 m north")
-        assert journal.texts[-1].endswith("The search ends before this is sure")
+        assert journal.texts[-1].endswith("Undecided when the search ended")
         (estimate,) = follower.tracker.estimates()
         assert (journal.track_ids[-1], estimate.kind) == (estimate.track_id, FindingKind.PERSON)
         assert claims.first_at_s is not None

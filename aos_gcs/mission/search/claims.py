@@ -238,7 +238,7 @@ class Claims:
             self._findings.announce(finding.finding_id)
             if finding.track_id is not None:
                 self._tracker.settle(finding.track_id, FindingKind.PERSON)
-            text = f"{describe(finding, FindingKind.PERSON)}. The search ends before this is sure"
+            text = f"{describe(finding, FindingKind.PERSON)}. Undecided when the search ended"
             self._tell_claim(text, finding.track_id)
 
     def _is_person(self, target: TargetEstimate, *, is_present: bool) -> bool:

@@ -79,7 +79,7 @@ export const search: readonly StationText[] = [
     "{what}. More looks make a person unlikely: judge it in Decide",
     "{what}. Weitere Blicke sprechen gegen eine Person: unter „Funde“ beurteilen",
   ],
-  ["{what}. The search ends before this is sure", "{what}. Die Suche endet, bevor dies sicher ist"],
+  ["{what}. Undecided when the search ended", "{what}. Bei Ende der Suche nicht entschieden"],
   ["Finding {id} at {east} m east, {north} m north", "Fund {id} bei {east} m Ost, {north} m Nord"],
   ["Finding {id} {change}", "Fund {id} {change}"],
   [
