@@ -131,7 +131,7 @@ def read_celsius(path: Path, settings: TemperatureSettings) -> NDArray[np.float3
         ConfigurationError: if DJI's Thermal SDK is not usable.
     """
     try:
-        return read_temperatures(path.read_bytes(), settings).celsius[:, :, np.newaxis]
+        return read_temperatures(path.read_bytes(), settings)[:, :, np.newaxis]
     except OSError as error:
         raise InputDataError(f"The image {path} cannot be read: {error.strerror}.") from error
     except InputDataError as error:

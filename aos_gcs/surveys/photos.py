@@ -24,7 +24,7 @@ from aos_gcs.input_values import require_folder
 from aos_gcs.surveys.apart import far_apart
 from aos_gcs.surveys.images import THERMAL, bands_of, check_image, read_image
 from aos_gcs.surveys.model import Survey, SurveyImage
-from aos_gcs.surveys.radiometric.reading import read_temperatures
+from aos_gcs.surveys.radiometric.reading import read_thermal_camera
 from aos_gcs.surveys.radiometric.settings import TemperatureSettings
 
 _ALIKE_FOV = 1.3
@@ -183,11 +183,11 @@ def _radiometric_camera(
     Raises:
         InputDataError: if it has no temperatures.
     """
-    temperatures = read_temperatures(path.read_bytes(), settings)
-    height_px, width_px = temperatures.celsius.shape
+    thermal = read_thermal_camera(path.read_bytes(), settings)
+    width_px, height_px = thermal.width_px, thermal.height_px
     if isinstance(optics, Intrinsics):
         return optics.camera(width_px, height_px)
-    fov_rad = optics or temperatures.horizontal_fov_rad
+    fov_rad = optics or thermal.horizontal_fov_rad
     if fov_rad is None:
         told = _camera_of_tags(tag)
         size_px = told.width_px, told.height_px

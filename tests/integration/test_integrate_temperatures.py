@@ -62,6 +62,22 @@ def test_photographs_of_dji_become_degrees_by_its_sdk(tmp_path: Path, capfd: pyt
     thermal_sdk(library).close()
 
 
+@pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler")
+def test_a_photograph_that_the_sdk_cannot_measure_is_named_or_skipped(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    photographs = Photographs(tmp_path)
+    for index in range(6):
+        dji_sdk.insert(photographs.images / f"{index}.jpg", dji_sdk.COLD if index == 3 else dji_sdk.RADIOMETRIC)
+    library = dji_sdk.build(tmp_path / "sdk")
+    arguments = photographs.arguments("--ortho", 0.25, "--degrees", "recorded", "--dji-sdk", tmp_path / "sdk")
+    assert exit_status(arguments) == 2
+    assert "3.jpg has no temperatures: DJI's Thermal SDK gives no temperatures for some" in capfd.readouterr().err
+    assert exit_status([*arguments, "--skip-broken"]) == 0
+    assert "1 of 6 images are skipped" in capfd.readouterr().err
+    thermal_sdk(library).close()
+
+
 def test_an_sdk_needs_degrees(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     assert exit_status(Photographs(tmp_path).arguments("--ortho", 0.5, "--dji-sdk", tmp_path)) == 2
     assert "--dji-sdk requires --degrees" in capfd.readouterr().err

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -38,6 +39,28 @@ def opened(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Sdk]:
 
 def test_temperatures_are_the_librarys(opened: Sdk) -> None:
     np.testing.assert_array_equal(opened().celsius(photograph(RADIOMETRIC), AS_RECORDED), celsius())
+
+
+def test_the_size_is_told_without_measuring(opened: Sdk) -> None:
+    # Nothing can be measured in this one.
+    assert opened().size_px(photograph(COLD), AS_RECORDED) == celsius().shape
+    with pytest.raises(InputDataError, match="takes a value of distance from 1 to 25"):
+        opened().size_px(photograph(RADIOMETRIC), Scene(distance_m=40.0))
+
+
+def test_threads_measure_at_the_same_time(opened: Sdk) -> None:
+    marks = [RADIOMETRIC, CRASHING, RADIOMETRIC, COLD] * 3
+    sdk = opened()
+
+    def measured(mark: bytes) -> bool:
+        try:
+            np.testing.assert_array_equal(sdk.celsius(photograph(mark), AS_RECORDED), celsius())
+        except InputDataError:
+            return False
+        return True
+
+    with ThreadPoolExecutor(4) as pool:
+        assert list(pool.map(measured, marks)) == [mark == RADIOMETRIC for mark in marks]
 
 
 def test_what_the_camera_was_set_to_can_be_replaced(opened: Sdk) -> None:

@@ -1,4 +1,4 @@
-"""Temperatures of DJI's radiometric JPEG files, by DJI's Thermal SDK in a process of its own.
+"""Temperatures of DJI's radiometric JPEG files, by DJI's Thermal SDK in processes of its own.
 
 The SDK is no part of aos-gcs. It reads files from outside, and one that makes it fail costs this file's temperatures
 alone.
@@ -8,17 +8,21 @@ from __future__ import annotations
 
 import atexit
 import os
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from threading import Lock
+from queue import LifoQueue
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.errors import AosError, ConfigurationError, InputDataError, WorkerError
-from aos_gcs.surveys.radiometric.dji_library import measure
+from aos_gcs.surveys.radiometric.dji_library import measure, picture_size
 from aos_gcs.surveys.radiometric.settings import Scene
 from aos_gcs.workers.process import Child, WorkerSettings
+
+T = TypeVar("T")
 
 _LIBRARY = "libdirp.so"
 _FOLDERS = (".", "linux/release_x64", "tsdk-core/lib/linux/release_x64")
@@ -53,7 +57,7 @@ def thermal_sdk(library: Path) -> ThermalSdk:
 
 
 class ThermalSdk:
-    """DJI's Thermal SDK in a process, which begins with the first photograph; for any thread.
+    """DJI's Thermal SDK in a process per processor core, each of which begins when it is needed; for any thread.
 
     Args:
         library: ``libdirp.so``, beside the libraries that it needs.
@@ -69,8 +73,11 @@ class ThermalSdk:
             modules=(measure.__module__,),
             environment={"LD_LIBRARY_PATH": os.pathsep.join(filter(None, folders))},
         )
-        self._child: Child | None = None
-        self._lock = Lock()
+        self._processes = os.cpu_count() or 1
+        # The last one that was used comes first, so that one thread alone needs one process.
+        self._idle: LifoQueue[Child | None] = LifoQueue()
+        for _ in range(self._processes):
+            self._idle.put(None)
 
     def celsius(self, content: bytes, scene: Scene) -> NDArray[np.float32]:
         """Return the temperatures of objects, degrees Celsius, shape (H, W).
@@ -79,27 +86,44 @@ class ThermalSdk:
             InputDataError: with the reason alone, if the file has none, or the SDK refuses it or the conditions.
             ConfigurationError: if the library cannot be used.
         """
-        with self._lock:
-            try:
-                self._child = self._child or Child(self._settings)
-                has_returned, result = self._child.call(measure, (str(self._library), content, scene), {})
-            except (WorkerError, OSError) as error:
-                self._end()
-                raise InputDataError(f"{error}: the file is damaged, or of a camera newer than the SDK") from error
-        if not has_returned:
-            raise result if isinstance(result, AosError) else InputDataError(f"DJI's Thermal SDK failed: {result}")
-        celsius: NDArray[np.float32] = result
+        celsius = self._call(measure, content, scene)
         if not (np.isfinite(celsius) & (celsius > _COLDEST_C)).all():
             raise InputDataError("DJI's Thermal SDK gives no temperatures for some of its pixels")
         return celsius
 
-    def close(self) -> None:
-        """End the process."""
-        with self._lock:
-            self._end()
+    def size_px(self, content: bytes, scene: Scene) -> tuple[int, int]:
+        """Return height and width of the temperatures of a photograph, without measuring them.
 
-    def _end(self) -> None:
-        if self._child is not None:
-            self._child.kill()
-            self._child.release()
-            self._child = None
+        Raises:
+            InputDataError: as of :meth:`celsius`.
+            ConfigurationError: as of :meth:`celsius`.
+        """
+        return self._call(picture_size, content, scene)
+
+    def close(self) -> None:
+        """End the processes, when each has done what it does."""
+        for child in [self._idle.get() for _ in range(self._processes)]:
+            _end(child)
+            self._idle.put(None)
+
+    def _call(self, function: Callable[[str, bytes, Scene], T], content: bytes, scene: Scene) -> T:
+        child = self._idle.get()
+        try:
+            child = child or Child(self._settings)
+            has_returned, result = child.call(function, (str(self._library), content, scene), {})
+        except (WorkerError, OSError) as error:
+            _end(child)
+            child = None
+            raise InputDataError(f"{error}: the file is damaged, or of a camera newer than the SDK") from error
+        finally:
+            self._idle.put(child)
+        if not has_returned:
+            raise result if isinstance(result, AosError) else InputDataError(f"DJI's Thermal SDK failed: {result}")
+        returned: T = result
+        return returned
+
+
+def _end(child: Child | None) -> None:
+    if child is not None:
+        child.kill()
+        child.release()

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import ctypes
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +26,15 @@ _CONDITIONS = ("distance", "humidity", "emissivity", "reflected", "air")
 """Conditions in the order of the library's structure, by the names of ``--degrees``; version 1.4 has no air."""
 
 
+def picture_size(path: str, content: bytes, scene: Scene) -> tuple[int, int]:
+    """Return height and width of the temperatures of a file, pixels, which takes a hundredth of measuring them.
+
+    Arguments and errors are those of :func:`measure`.
+    """
+    with _opened(path, content, scene) as (_, _, size_px):
+        return size_px
+
+
 def measure(path: str, content: bytes, scene: Scene) -> NDArray[np.float32]:
     """Return the temperatures of objects, degrees Celsius, shape (H, W).
 
@@ -38,6 +49,16 @@ def measure(path: str, content: bytes, scene: Scene) -> NDArray[np.float32]:
         InputDataError: with the reason alone, if the file has none, or the library refuses it or the conditions.
         ConfigurationError: if the library cannot be used.
     """
+    with _opened(path, content, scene) as (library, handle, size_px):
+        celsius = np.empty(size_px, np.float32)
+        pixels = celsius.ctypes.data_as(ctypes.POINTER(ctypes.c_float))
+        _check(library.dirp_measure_ex(handle, pixels, ctypes.c_int32(celsius.nbytes)))
+    return celsius
+
+
+@contextmanager
+def _opened(path: str, content: bytes, scene: Scene) -> Iterator[tuple[ctypes.CDLL, ctypes.c_void_p, tuple[int, int]]]:
+    """Open a file under some conditions: the library, its handle, and height and width in pixels."""
     try:
         library = ctypes.CDLL(path)
     except OSError as error:
@@ -51,12 +72,9 @@ def measure(path: str, content: bytes, scene: Scene) -> NDArray[np.float32]:
         size = (ctypes.c_int32 * 2)()
         _check(library.dirp_get_rjpeg_resolution(handle, size))
         width_px, height_px = size
-        celsius = np.empty((height_px, width_px), np.float32)
-        pixels = celsius.ctypes.data_as(ctypes.POINTER(ctypes.c_float))
-        _check(library.dirp_measure_ex(handle, pixels, ctypes.c_int32(celsius.nbytes)))
+        yield library, handle, (height_px, width_px)
     finally:
         library.dirp_destroy(handle)
-    return celsius
 
 
 def _set_conditions(library: ctypes.CDLL, handle: ctypes.c_void_p, scene: Scene) -> None:
