@@ -46,6 +46,25 @@ def test_all_pixel_types_give_the_same_scores(dtype: type[np.generic]) -> None:
     np.testing.assert_allclose(rx_scores(image.astype(dtype)), reference_scores(image), atol=1e-3)
 
 
+@pytest.mark.parametrize("dtype", [np.uint8, np.float32])
+def test_colours_of_the_night_do_not_stand_out_and_a_body_does(dtype: type[np.generic]) -> None:
+    rng = np.random.default_rng(7)
+    colours = np.rint(rng.normal(1.6, 1.2, (256, 256, 1)) + np.zeros(3)).clip(0, 255).astype(np.uint8)
+    # A coder that keeps brightness better than colour lets a pixel in two hundred differ in one channel.
+    colours[..., 0] += rng.uniform(size=(256, 256)) < 0.005
+    frame = np.dstack([colours, rng.normal(7.0, 0.4, (256, 256)) * (10.0 if dtype is np.uint8 else 1.0)]).astype(dtype)
+    assert not anomaly_mask(rx_scores(frame), min_score=default_min_score(4)).any()
+    frame[100:104, 50:53, 3] += 100 if dtype is np.uint8 else 10
+    mask = anomaly_mask(rx_scores(frame), min_score=default_min_score(4))
+    assert mask[100:104, 50:53].all()
+    assert mask.sum() == 12
+
+
+def test_what_varies_more_than_rounding_is_scored_as_it_is() -> None:
+    image = np.rint(background(np.random.default_rng(8), (64, 48), 4))
+    np.testing.assert_allclose(rx_scores(image), reference_scores(image), rtol=1e-4, atol=1e-3)
+
+
 def test_scores_average_to_the_number_of_channels() -> None:
     image = background(np.random.default_rng(2), (100, 200), 3)
     assert rx_scores(image).mean(dtype=np.float64) == pytest.approx(3 * (1 - 1 / 20_000), rel=1e-4)

@@ -26,6 +26,12 @@ MIN_PIVOT = 1e-2
 MIN_EIGENVALUE = 1e-9
 """Smallest eigenvalue of the correlation matrix in float64; what varies less is the rounding of float32 pixels."""
 
+ROUNDING_VARIANCE = 1.0 / 12.0
+"""Variance of what rounding to whole numbers takes from a value."""
+
+_SAMPLE_PX = 16
+"""Every so many pixels of every so many rows tell whether a channel was rounded."""
+
 FALSE_ALARM_PROBABILITY = 1e-9
 """Probability that one pixel of a Gaussian background is marked, see :func:`default_min_score`."""
 
@@ -37,7 +43,8 @@ def rx_scores(image: Pixels) -> NDArray[np.float32]:
     """Return the squared Mahalanobis distance of each pixel to the frame's own mean and covariance (n - 1).
 
     Constant and linearly dependent channels carry no information of their own and are left out (pseudo-inverse), so a
-    frame without any variation scores 0 everywhere.
+    frame without any variation scores 0 everywhere. What channels of whole numbers tell varies by at least what
+    rounding takes: of colours by night, two or three of 255 levels, a pixel that differs by one would stand out.
 
     Args:
         image: shape (H, W, C), any real type that float32 can hold. Pixels with a NaN or infinite channel take no part
@@ -47,7 +54,8 @@ def rx_scores(image: Pixels) -> NDArray[np.float32]:
         Scores, shape (H, W); NaN where the pixel is not finite. On a Gaussian background they follow a chi-square
         distribution with C degrees of freedom.
     """
-    scores = _compiled_scores(image)
+    whole = _whole_channels(image)
+    scores = _compiled_scores(image, whole)
     if scores is not None:
         return scores
     height, width, channels = image.shape
@@ -58,7 +66,7 @@ def rx_scores(image: Pixels) -> NDArray[np.float32]:
         means = [cv2.mean(plane)[0] for plane in split]
         for plane, values, mean in zip(planes, split, means, strict=True):
             np.subtract(values, np.float32(mean), out=plane, dtype=np.float32)
-        scores = _scores_of_planes(planes.reshape(channels, -1), height * width)
+        scores = _scores_of_planes(planes.reshape(channels, -1), height * width, whole)
         give_back(planes)
         return scores.reshape(height, width)
     # Into memory at hand: touching new memory takes longer than the work.
@@ -76,17 +84,37 @@ def rx_scores(image: Pixels) -> NDArray[np.float32]:
         np.subtract(plane, np.float32(mean), out=plane)
     rows = planes.reshape(channels, -1)
     rows[:, unknown] = 0.0
-    scores = _scores_of_planes(rows, height * width - unknown.size)
+    scores = _scores_of_planes(rows, height * width - unknown.size, whole)
     give_back(planes)
     scores[unknown] = np.nan
     return scores.reshape(height, width)
 
 
-def _compiled_scores(image: Pixels) -> NDArray[np.float32] | None:
+def _whole_channels(image: Pixels) -> NDArray[np.intp]:
+    """Return the indices of the channels that have whole numbers alone, as far as a sample tells."""
+    sample = image[::_SAMPLE_PX, ::_SAMPLE_PX].reshape(-1, image.shape[2])
+    return np.flatnonzero(((sample == np.rint(sample)) | ~np.isfinite(sample)).all(axis=0))
+
+
+def _with_rounding(covariance: NDArray[np.float64], whole: NDArray[np.intp]) -> NDArray[np.float64]:
+    """Return a covariance, shape (C, C), in which no combination of whole channels varies less than rounding does."""
+    block = np.ix_(whole, whole)
+    if not np.isfinite(covariance[block]).all():
+        return covariance
+    variances, directions = np.linalg.eigh(covariance[block])
+    missing = np.maximum(ROUNDING_VARIANCE - variances, 0.0)
+    if not missing.any():
+        return covariance
+    rounded = covariance.copy()
+    rounded[block] += (directions * missing) @ directions.T
+    return rounded
+
+
+def _compiled_scores(image: Pixels, whole: NDArray[np.intp]) -> NDArray[np.float32] | None:
     """Return the scores by the compiled kernels; None where there are none, or channels depend on each other."""
     image = np.ascontiguousarray(image)
     moments = kernels.moments(image)
-    whitening = None if moments is None else _cholesky_whitening(moments.covariance)
+    whitening = None if moments is None else _cholesky_whitening(_with_rounding(moments.covariance, whole))
     if moments is None or whitening is None:
         return None
     return kernels.distances(image, moments.mean, whitening)
@@ -139,9 +167,9 @@ def default_min_score(channels: int) -> float:
     return TAIL_MARGIN * float(scipy.special.chdtri(channels, FALSE_ALARM_PROBABILITY))
 
 
-def _scores_of_planes(planes: NDArray[np.float32], known: int) -> NDArray[np.float32]:
+def _scores_of_planes(planes: NDArray[np.float32], known: int, whole: NDArray[np.intp]) -> NDArray[np.float32]:
     """Score centred pixels, shape (C, n), of which ``known`` are measured and the others 0; returns shape (n,)."""
-    whitening = _whitening(planes, known).astype(np.float32)
+    whitening = _whitening(planes, known, whole).astype(np.float32)
     scores = np.zeros(planes.shape[1], dtype=np.float32)
     for start in range(0, planes.shape[1], CHUNK_PIXELS):
         whitened = whitening @ planes[:, start : start + CHUNK_PIXELS]
@@ -149,12 +177,12 @@ def _scores_of_planes(planes: NDArray[np.float32], known: int) -> NDArray[np.flo
     return scores
 
 
-def _whitening(planes: NDArray[np.float32], known: int) -> NDArray[np.float64]:
+def _whitening(planes: NDArray[np.float32], known: int, whole: NDArray[np.intp]) -> NDArray[np.float64]:
     """Return W, shape (rank, C), with W^T W the (pseudo-)inverse of the covariance of centred pixels, shape (C, n)."""
-    whitening = _cholesky_whitening(_covariance(planes, known, np.float32))
+    whitening = _cholesky_whitening(_with_rounding(_covariance(planes, known, np.float32), whole))
     if whitening is not None:
         return whitening
-    return _pseudo_whitening(_covariance(planes, known, np.float64))
+    return _pseudo_whitening(_with_rounding(_covariance(planes, known, np.float64), whole))
 
 
 def _cholesky_whitening(covariance: NDArray[np.float64]) -> NDArray[np.float64] | None:
