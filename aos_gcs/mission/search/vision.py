@@ -22,6 +22,7 @@ from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.handler_watch import WORK_S, sign_of_life
 from aos_gcs.mission.journal import Recorder
 from aos_gcs.mission.model.steps import FocusSnapshot, FocusSource
+from aos_gcs.mission.search.background import BackgroundWatch
 from aos_gcs.mission.search.ground_in_view import ground_in_view
 from aos_gcs.mission.search.intake import FrameIntake, open_intake
 from aos_gcs.mission.search.persons import Judgement, PersonWatch, watch_persons
@@ -58,6 +59,7 @@ class Vision:
         self._reported: list[Frame] = []
         """Frames of this step with the poses that the vehicles have reported."""
         self._persons = PersonWatch()
+        self._background = BackgroundWatch(context.journal)
 
     @property
     def focus(self) -> FocusSnapshot:
@@ -92,6 +94,7 @@ class Vision:
         """Return another one for frames taken beside those of this one: with its focus and poses, and no history."""
         other = Vision(self._context, self._recorder, None)
         other._focus, other._ground_m, other._registration = self._focus, self._ground_m, self._registration
+        other._background = self._background
         return other
 
     def intake(self, step: int) -> AbstractAsyncContextManager[FrameIntake]:
@@ -128,6 +131,7 @@ class Vision:
         else:
             analysis = await self._run(analyse_step, placed, imaging, self._history, places=places)
         self._history = analysis.history
+        self._background.note(self._reported)
         return analysis
 
     def frames(self, analysis: StepAnalysis) -> list[Frame]:

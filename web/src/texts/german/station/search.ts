@@ -56,6 +56,10 @@ export const search: readonly StationText[] = [
   ["{silence}: the search goes on with stops", "{silence}: Die Suche geht mit Halten weiter"],
   ["The segments cannot be used: {error}", "Die Segmente können nicht verwendet werden: {error}"],
   [
+    "Forest and ground at {temperature} °C: persons are hardly warmer, and may be missed or mistaken. Search by night, or in the cool of the morning",
+    "Wald und Boden haben {temperature} °C: Personen sind kaum wärmer und können übersehen oder verwechselt werden. Bei Nacht oder am kühlen Morgen suchen",
+  ],
+  [
     "Registration: poses are corrected from now on, by up to {offset} m and {yaw}° (confidence {confidence})",
     "Registrierung: Posen werden ab jetzt korrigiert, um bis zu {offset} m und {yaw}° (Vertrauen {confidence})",
   ],
