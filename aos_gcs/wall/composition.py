@@ -68,14 +68,14 @@ class Track:
         of = "Integral" if self.tile.vehicle_id is None else f"Vehicle {self.tile.vehicle_id}"
         lines = [f"{of}, {self.tile.kind}"]
         if self._shown is None or self._scaled is None:
-            lines.append("no picture yet")
+            lines.append("no image yet")
         else:
             age_s = utc_s - self._shown.utc_s
             is_old = age_s >= stale_s
             canvas[:_IMAGE_PX] = self._scaled // 2 if is_old else self._scaled
             if is_old:
                 canvas[_IMAGE_PX - 24 : _IMAGE_PX] = _YELLOW
-                _write(canvas, f"OLD PICTURE: {age_s:.0f} s", _IMAGE_PX - 7, _BLACK)
+                _write(canvas, f"OUTDATED IMAGE: {age_s:.0f} s", _IMAGE_PX - 7, _BLACK)
             lines[0] += self._caption
             lines += [_place_text(self._shown.place, notation), f"{_clock(self._shown.utc_s)}, {age_s:.0f} s ago"]
         for number, line in enumerate(lines, start=1):

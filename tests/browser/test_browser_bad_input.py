@@ -38,7 +38,7 @@ async def test_a_geotiff_without_reference_is_refused_in_words(
     chooser = map_page.get_by_test_id("basemap-file")
     await chooser.set_input_files({"name": "ortho.tif", "mimeType": "image/tiff", "buffer": picture.getvalue()})
     refusal = map_page.get_by_test_id("basemap-refusal")
-    await expect(refusal).to_contain_text("ortho.tif is no complete PMTiles file")
+    await expect(refusal).to_contain_text("ortho.tif is not a complete PMTiles file")
     await expect(refusal).to_contain_text("aos-gcs basemap")
     await expect(map_page.get_by_test_id("basemap-forget")).to_be_hidden()
     assert page_record.errors == []

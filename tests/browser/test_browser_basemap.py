@@ -95,7 +95,7 @@ async def test_a_map_is_chosen_or_dropped_in_the_browser_and_others_are_refused(
         chooser, refusal = map_page.get_by_test_id("basemap-file"), map_page.get_by_test_id("basemap-refusal")
         for name, content in (("notes.pmtiles", b"no map"), ("cut.pmtiles", archive[:-1])):
             await chooser.set_input_files({"name": name, "mimeType": "", "buffer": content})
-            await expect(refusal).to_contain_text(f"{name} is no complete PMTiles file")
+            await expect(refusal).to_contain_text(f"{name} is not a complete PMTiles file")
         await chooser.set_input_files({"name": "team.pmtiles", "mimeType": "", "buffer": archive})
         await expect(refusal).to_be_empty()
         await layers.click()

@@ -74,7 +74,7 @@ async def test_tiles_are_chosen_followed_and_grow_old(
         await expect(page.get_by_test_id("tile-2.thermal")).to_have_count(0)
         working.discard(2)
         await expect(page.get_by_test_id("tile-2.colour")).to_have_attribute("data-state", "old")
-        await expect(page.get_by_test_id("tile-2.colour")).to_contain_text("Old picture")
+        await expect(page.get_by_test_id("tile-2.colour")).to_contain_text("Outdated image")
         await expect(tile).to_have_attribute("data-state", "live")
         assert await axe_issues(page, "color-contrast") == []
         await page.get_by_test_id("follow-1.thermal").press("Enter")

@@ -14,7 +14,7 @@ test("a command names its scope", () => {
   const fleet = mission({ vehicles: [1, 4, 7, 9].map((id) => vehicle(id)) });
   expect(makeCommand("hold", fleet, new Set([7, 1, 4])).label).toBe("Hold 3 of 4: 1, 4, 7");
   expect(makeCommand("return", fleet, new Set()).label).toBe("Return all 4");
-  expect(makeCommand("join", fleet, new Set()).label).toBe("Join all of the mission on the ground");
+  expect(makeCommand("join", fleet, new Set()).label).toBe("Join all mission vehicles on the ground");
   const swarm = mission({ vehicles: [1, 4, 7].map((id) => vehicle(id, { takes_part: id !== 4 })) });
   expect(makeCommand("start", swarm, new Set([4])).label).toBe("Launch vehicles 1, 7");
   expect(makeCommand("abort", fleet, new Set([1])).label).toBe("Abort the mission");

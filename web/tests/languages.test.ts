@@ -9,7 +9,7 @@ afterEach(() => chooseLanguage("en"));
 
 /** Texts that are the same in both languages: names, units, symbols. */
 const ALIKE =
-  /^(?:[^a-z]*|[A-Za-z]{1,4}|.*\b(?:GPS|KML|UTM|GeoJSON|GeoTIFF|RTK|DGPS|e_f|c_s|c_c|aos-gcs)\b.*|[^a-z]*[a-z]²?[^a-z]*)$/;
+  /^(?:[^a-z]*|[A-Za-z]{1,4}|.*\b(?:GPS|KML|UTM|GeoJSON|GeoTIFF|RTK|DGPS|aos-gcs)\b.*|[^a-z]*[a-z]²?[^a-z]*)$/;
 const ALSO_GERMAN = new Set(
   ["Plan", "Position", "Information", "Filter", "Pause", "Info", "Link", "Name", "Autofocus", "Phase", "Layer"].concat(
     ["Mission", "Manual", "Integral", "Normal", "Version", "Escape", "5 min", "1 min", "5", "Visible area, m²"],

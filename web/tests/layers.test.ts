@@ -229,7 +229,7 @@ test("targets have an ellipse where their uncertainty is known", () => {
 test("places that are left for a later look are marked beside the targets", () => {
   const left_for_later = [{ position: position(4, 20, 0), person_confidence: 0.12 }];
   const features = drawn(targetsLayer, scene({ mission: mission({ targets: [target()], left_for_later }) }));
-  expect(features.map((feature) => feature.properties?.["name"])).toEqual(["Target 1", "later (12\u202f%)"]);
+  expect(features.map((feature) => feature.properties?.["name"])).toEqual(["Target 1", "Left for later (12\u202f%)"]);
 });
 
 test("vehicles that are selected or need attention are prominent, the others' heights are a layer of its own", () => {

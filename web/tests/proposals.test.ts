@@ -51,10 +51,10 @@ describe("proposals of others", () => {
   });
 
   it("tell their sender, time, form and age", () => {
-    expect(described(PROPOSAL, 1_795_000_100)).toMatch(/^EAGLE 1 by TAK, \d\d:\d\d:\d\d .+; area, 3 corners$/);
+    expect(described(PROPOSAL, 1_795_000_100)).toMatch(/^EAGLE 1 via TAK, \d\d:\d\d:\d\d .+; area, 3 corners$/);
     const point: Proposal = { ...PROPOSAL, sender: "", shape: "point", altitude_amsl_m: 300.4 };
     expect(described(point, 1_795_000_400)).toMatch(
-      /^Unnamed sender by TAK, .+; point; 300 m above sea level; out of date since \d\d:\d\d:\d\d/,
+      /^Unnamed sender via TAK, .+; point; 300 m above sea level; out of date since \d\d:\d\d:\d\d/,
     );
   });
 

@@ -31,9 +31,9 @@ export const decide = {
   useLaunch: "Use the launch site",
   otherNotations: "Other notations",
   close: "All findings",
-  sendOn: "Send on",
+  sendOn: "Forward",
   sendHint: "Copy the text, or hand it to another program of this device.",
-  copyByHand: "Select the text and copy it: browsers allow buttons for that only over HTTPS.",
+  copyByHand: "Select the text and copy it. Copy buttons need HTTPS.",
   share: "Share",
   notShared: "Not shared: the browser has refused it. Copy the text instead.",
   mail: "E-mail",
@@ -44,7 +44,7 @@ export const decide = {
   ellipse: "Position error, 1 σ",
   error: (axes: string) => `± ${axes} (1 σ)`,
   views: "Sightings",
-  kind: "Taken for",
+  kind: "Classified as",
   confidence: "Person probability",
   significance: "Significance",
   reasons: "Reasons",
@@ -63,7 +63,7 @@ export const decide = {
   markIt: "Mark",
   file: { geojson: "GeoJSON", kml: "KML", kmz: "KMZ with images", gpx: "GPX" },
   networkLink: "Live map (KML)",
-  networkLinkHint: "Open it in Google Earth or CalTopo: it follows the mission for as long as the station is reached.",
+  networkLinkHint: "Open it in Google Earth or CalTopo: it follows the mission while the station is reachable.",
 } as const;
 
 export const handover = {

@@ -73,7 +73,7 @@ const ACTION: Readonly<Record<Action, string>> = {
   override: "Override",
   join: "Join",
   ready: "Confirm ready",
-  not_ready: "Not ready",
+  not_ready: "Mark as not ready",
   new_sortie: "New sortie",
 };
 

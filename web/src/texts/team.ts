@@ -20,10 +20,10 @@ export const account = {
   name: "Name",
   password: "Password",
   signedInAs: (name: string, role: string) => `${name}, ${role}`,
-  join: "Make your account",
-  joinHint: "You were invited. Choose your name as it shall stand in the log, and a password.",
+  join: "Create account",
+  joinHint: "Enter your name, as it will appear in the log, and a password.",
   newPassword: "Password, 10 characters or more",
-  joinSubmit: "Make the account",
+  joinSubmit: "Create account",
 } as const;
 
 export const accounts = {
@@ -35,7 +35,7 @@ export const accounts = {
   removeNow: (name: string) => `Remove ${name} now`,
   invite: "Invite",
   inviteRole: "Role of the new account",
-  link: "Link for one person, for 24 hours. Send it by a way that others do not read.",
+  link: "Link for one person, for 24 hours. Send it through a private channel.",
   signIns: "Latest sign-ins",
   loading: "Loading accounts …",
 } as const;
@@ -49,12 +49,12 @@ export const control = {
   asks: (name: string) => `${name} asks for control`,
   hint: "One operator commands. Hold is possible for every operator at any time.",
   ask: "Ask for control",
-  asked: "Asked. Wait for the answer, or take control over.",
+  asked: "Request sent. Wait for the answer, or take over control.",
   take: "Take control",
-  takeOver: "Take control over",
+  takeOver: "Take over control",
   reason: "Reason, for the audit log",
   give: (name: string) => `Give control to ${name}`,
   refuse: "Refuse",
-  release: "Give control up",
+  release: "Release control",
   close: "Close",
 } as const;

@@ -34,7 +34,7 @@ export const decide: Texts["decide"] = {
   close: "Alle Funde",
   sendOn: "Weitergeben",
   sendHint: "Text kopieren oder an ein anderes Programm dieses Geräts geben.",
-  copyByHand: "Text markieren und kopieren: Browser erlauben Schaltflächen dafür nur über HTTPS.",
+  copyByHand: "Text markieren und kopieren. Schaltflächen zum Kopieren brauchen HTTPS.",
   share: "Teilen",
   notShared: "Nicht geteilt: Der Browser hat es abgelehnt. Stattdessen den Text kopieren.",
   mail: "E-Mail",

@@ -56,7 +56,7 @@ export const names: Texts["names"] = {
     override: "Ausnahme",
     join: "Einreihen",
     ready: "Bereitschaft bestätigen",
-    not_ready: "Nicht bereit",
+    not_ready: "Als nicht bereit markieren",
     new_sortie: "Neuer Flug",
   },
   severity: { info: "Info", warning: "Warnung", news: "Fund", critical: "Kritisch" },

@@ -14,7 +14,7 @@ export const wall: Texts["wall"] = {
   at: (place) => `Kamera bei ${place}`,
   noPlace: "Ort unbekannt",
   age: (age) => `vor ${age}`,
-  old: (age) => `Altes Bild: ${age}`,
+  old: (age) => `Veraltetes Bild: ${age}`,
   cutOff: (age) => `Keine Verbindung: ${age} alt`,
   waiting: "Noch kein Bild",
   scale: (low, high) => `${low} bis ${high}`,

@@ -115,7 +115,7 @@ function Headline({ step }: { step: StepFigures | undefined }) {
           {headline.threshold} {quantity(step.threshold_m2, 2, "m²")} · {displayName(texts.names.branch, step.branch)}
           {step.evolutionary_state !== null &&
             ` · ${displayName(texts.names.evolutionaryState, step.evolutionary_state)}`}
-          {step.evolutionary_factor !== null && ` · e_f ${quantity(step.evolutionary_factor, 2)}`}
+          {step.evolutionary_factor !== null && ` · ${headline.factor} ${quantity(step.evolutionary_factor, 2)}`}
         </span>
       )}
     </p>
