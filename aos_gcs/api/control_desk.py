@@ -57,16 +57,16 @@ class ControlDesk:
         await self._tell(session.name, f"{'gives control to' if granted else 'keeps control; refuses'} {asking}")
 
     async def take(self, session: Session, reason: str) -> None:
-        """Take control over; see ``Control.take``."""
+        """Take over control; see ``Control.take``."""
         former = self._control.take(session.name, reason)
         words = " ".join(reason.split())
         because = f": {words}" if words else ""
-        await self._tell(session.name, _HAS_IT if former is None else f"takes control over from {former}{because}")
+        await self._tell(session.name, _HAS_IT if former is None else f"takes over control from {former}{because}")
 
     async def release(self, session: Session) -> None:
-        """Give control up; see ``Control.release``."""
+        """Release control; see ``Control.release``."""
         self._control.release(session.name)
-        await self._tell(session.name, "gives control up")
+        await self._tell(session.name, "releases control")
 
     async def _tell(self, name: str, text: str | None) -> None:
         self._hub.refresh()

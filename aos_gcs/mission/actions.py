@@ -13,9 +13,9 @@ from aos_gcs.mission.fleet.roster import Member
 from aos_gcs.mission.fleet.standing_hold import NONE_HELD, StandingHold
 from aos_gcs.mission.fleet.vehicle_tasks import VehicleTasks
 from aos_gcs.mission.flow import Flow
-from aos_gcs.mission.model.actions import Action, ActionRecord, ActionResult, Refusal, Seen
+from aos_gcs.mission.model.actions import ACTION_NAMES, Action, ActionRecord, ActionResult, Refusal, Seen
 from aos_gcs.mission.model.phase import Phase, Suspension
-from aos_gcs.mission.model.vehicles import Task
+from aos_gcs.mission.model.vehicles import TASK_NAMES, Task
 from aos_gcs.mission.phases import BEFORE_START, ENDING, ON_GROUND, check_action
 from aos_gcs.mission.resuming import check_resume
 from aos_gcs.ports import Hold, Land, ReturnToLaunch
@@ -98,7 +98,7 @@ class ActionHandler:
             elif action is Action.OVERRIDE:
                 raise MissionError("An override concerns one check of one vehicle; name it, and the reason.")
             elif focal_height_m is not None:
-                raise MissionError(f"A focal height goes with {Action.FOCUS} only, not with {action}.")
+                raise MissionError(f"Cannot {ACTION_NAMES[action]} with a focal height; leave the height out.")
             elif action is Action.CHOOSE:
                 results = self._choose(vehicle_ids or (), operator)
             elif vehicle_ids is None:
@@ -278,7 +278,10 @@ class ActionHandler:
 
     async def _act_on(self, action: Action, members: Sequence[Member], operator: str) -> tuple[ActionResult, ...]:
         if action not in self._on_one and action is not Action.JOIN and action not in _CONFIRMATIONS:
-            raise MissionError(f"{action.capitalize()} concerns the whole mission; leave the vehicles out.")
+            raise MissionError(
+                f"Cannot {ACTION_NAMES[action]} for single vehicles: this concerns the whole mission; "
+                "leave the vehicles out."
+            )
         if not members:
             raise MissionError("No vehicle was named; name at least one, or none at all for the whole mission.")
         named = ", ".join(str(member.vehicle_id) for member in members)
@@ -316,14 +319,14 @@ class ActionHandler:
 
     async def _pause_one(self, member: Member) -> Refusal | None:
         if member.task is not Task.SWARM:
-            return Refusal(f"is not in the swarm ({member.task})")
+            return Refusal(f"is not in the swarm ({TASK_NAMES[member.task]})")
         self._context.roster.assign(member, Task.HELD)
         # A waypoint of a sweep is far away.
         return await self._flight.command(member, Hold()) if self._flow.sortie.search.flies_on else None
 
     async def _resume_one(self, member: Member) -> Refusal | None:
         if member.task is not Task.HELD:
-            return Refusal(f"is neither paused nor held ({member.task})")
+            return Refusal(f"is neither paused nor held ({TASK_NAMES[member.task]})")
         if self._flow.heading in ENDING:
             return Refusal("the mission is returning already")
         if not member.follows_us_once_reclaimed:

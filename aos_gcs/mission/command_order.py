@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from aos_gcs.errors import MissionError
-from aos_gcs.mission.model.actions import Action, Seen
+from aos_gcs.mission.model.actions import ACTION_NAMES, Action, Seen
 
 MAX_AGE_S: Final = 2.0
 """Default age, in real seconds, of the state that an operator saw when giving a command."""
@@ -21,7 +21,7 @@ class OutdatedError(MissionError):
 @dataclass(frozen=True, slots=True)
 class _Taken:
     number: int
-    action: str
+    what: str
     operator: str
 
 
@@ -69,9 +69,7 @@ class CommandOrder:
             return
         newest = self._newest(vehicle_ids)
         if newest.number > seen.command_count:
-            raise OutdatedError(
-                f"Not done: {newest.operator or 'an operator'} sent {newest.action} meanwhile. {_REMEDY}"
-            )
+            raise OutdatedError(f"Not done: {newest.operator or 'an operator'} sent {newest.what} meanwhile. {_REMEDY}")
 
     def check_age(self, seen: Seen | None) -> None:
         """Raise ``OutdatedError`` for a command by a state that is too old, or of another mission."""
@@ -86,12 +84,12 @@ class CommandOrder:
                 f"{self._max_age_s:g} s. {_REMEDY}"
             )
 
-    def note(self, action: str, vehicle_ids: tuple[int, ...] | None, operator: str) -> None:
-        """Count a command that is carried out now."""
+    def note(self, action: Action | str, vehicle_ids: tuple[int, ...] | None, operator: str) -> None:
+        """Count a command that is carried out now: an action, or another one in words."""
         if action == Action.FOCUS:
             return
         self.count += 1
-        taken = _Taken(self.count, action, operator)
+        taken = _Taken(self.count, ACTION_NAMES[action] if isinstance(action, Action) else action, operator)
         if vehicle_ids is None:
             self._latest_on_all = taken
         else:

@@ -170,7 +170,7 @@ class Journal:
         severity = Severity.CRITICAL if stall_s >= CRITICAL_STALL_S else Severity.WARNING
         self.notice(
             severity,
-            f"This station stood still for {stall_s:.1f} s: it neither heard nor commanded the vehicles. "
+            f"Station unresponsive for {stall_s:.1f} s: no telemetry received, no commands sent. "
             "Close other programs on this computer",
         )
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from aos_gcs.errors import MissionError
-from aos_gcs.mission.model.actions import Action
+from aos_gcs.mission.model.actions import ACTION_NAMES, Action
 from aos_gcs.mission.model.phase import Phase
 
 PHASE_NAMES: Mapping[Phase, str] = MappingProxyType(
@@ -109,7 +109,7 @@ def check_action(phase: Phase, action: Action, *, anyone_flies: bool = False) ->
         reason = "a vehicle still flies" if phase is Phase.DONE else "the mission is not over"
         raise MissionError(f"Cannot begin a new sortie: {reason}.")
     if phase is Phase.DONE:
-        raise MissionError(f"Cannot {action}: the mission is over.")
+        raise MissionError(f"Cannot {ACTION_NAMES[action]}: the mission is over.")
     if action is Action.OVERRIDE:
         reason = "there are no checks yet" if phase is Phase.CONNECT else "the mission has started already"
         raise MissionError(f"Cannot override a check: {reason}.")
@@ -117,10 +117,10 @@ def check_action(phase: Phase, action: Action, *, anyone_flies: bool = False) ->
         raise MissionError("The vehicles can no longer be changed: the mission has started.")
     if action is Action.START:
         reason = "preflight has not passed yet" if phase in ON_GROUND else "the mission has started already"
-        raise MissionError(f"Cannot start: {reason}.")
+        raise MissionError(f"Cannot launch: {reason}.")
     if action in _CONFIRMATIONS:
         raise MissionError(f"Cannot confirm vehicles for the relay in the phase {PHASE_NAMES[phase]}.")
     if phase in ON_GROUND:
         reason = "the mission has not started" if anyone_flies else "no vehicle is flying yet"
-        raise MissionError(f"Cannot {action}: {reason}.")
-    raise MissionError(f"Cannot {action} in the phase {PHASE_NAMES[phase]}.")
+        raise MissionError(f"Cannot {ACTION_NAMES[action]}: {reason}.")
+    raise MissionError(f"Cannot {ACTION_NAMES[action]} in the phase {PHASE_NAMES[phase]}.")

@@ -45,7 +45,7 @@ def check_prior(plan: MissionPlan, settings: MissionSettings, origin: GeodeticPo
         read_prior(settings.search.prior)
         prior = plan_prior(plan, settings, origin)
     except (ConfigurationError, InputDataError) as error:
-        yield PlanProblem("area_enu_m", f"search.prior: {error}")
+        yield PlanProblem("area_enu_m", f"Prior: {error}")
         return
     if prior is not None and prior.share < WHOLE:
         yield PlanProblem("area_enu_m", outside_warning(prior), blocking=False)
@@ -54,7 +54,7 @@ def check_prior(plan: MissionPlan, settings: MissionSettings, origin: GeodeticPo
 def outside_warning(prior: AreaPrior) -> str:
     """Return what operators are told where part of the prior lies outside of the search area."""
     return (
-        f"{1.0 - prior.share:.0%} of the prior probability (search.prior) lies outside of the search area: extend the "
+        f"{1.0 - prior.share:.0%} of the prior probability lies outside of the search area: extend the "
         "area, or search there by other means."
     )
 
@@ -68,13 +68,13 @@ def _check_segments(
     try:
         segments = segments_about(name, origin)
     except InputDataError as error:
-        yield PlanProblem("area_enu_m", f"search.segments: {error}")
+        yield PlanProblem("area_enu_m", f"Segments: {error}")
         return
     raster = PlanRaster.around(plan.area_enu_m)
     area = raster.inside([plan.area_enu_m])
     outside = [one.name for one in segments if not (area & raster.inside([one.area_enu_m])).any()]
     if len(outside) == len(segments):
-        text = f"search.segments: no segment of {name} meets the search area: check the file, or leave it out."
+        text = f"No segment of {name} meets the search area: correct the file, or remove it."
         yield PlanProblem("area_enu_m", text)
     elif outside:
         text = f"Segments outside of the search area, which are not searched: {', '.join(outside)}. Extend the area."

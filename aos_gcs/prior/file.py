@@ -55,7 +55,7 @@ def prior_over(name: str, origin: GeodeticPosition, area_enu_m: Polygon) -> Area
     if found.share <= 0.0:
         raise InputDataError(
             f"The prior {name} does not meet the search area, or is 0 everywhere in it: check its coordinate system, "
-            "move the area, or leave search.prior out."
+            "move the area, or search without a prior (search.prior)."
         )
     return found
 

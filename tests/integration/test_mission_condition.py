@@ -91,7 +91,7 @@ async def test_a_vehicle_whose_position_jumps_is_held_and_told_until_it_is_back(
         await run
     told = [text for text in texts_of(flight, Severity.CRITICAL) if text.startswith("its position jumped by 1")]
     assert len(told) == 1
-    assert "its positions follow from its velocity again" in texts_of(flight, Severity.INFO)
+    assert "position consistent with velocity again" in texts_of(flight, Severity.INFO)
     assert flight.task(2) is Task.LANDED
 
 
@@ -101,7 +101,7 @@ async def test_a_position_that_stays_where_it_jumped_to_is_accepted() -> None:
         await until_step(flight, 1)
         flight.fleet.members[2].reported_north_m = 15.0
         jumped_at_s = flight.clock.now_s()
-        again = "its positions follow from its velocity again"
+        again = "position consistent with velocity again"
         await flight.until(lambda: again in texts_of(flight, Severity.INFO))
         assert flight.clock.now_s() - jumped_at_s == pytest.approx(10.0, abs=0.5)
         flight.fleet.members[2].reported_north_m = 0.0

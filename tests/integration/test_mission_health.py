@@ -81,10 +81,10 @@ async def test_a_stall_is_the_stations_fault_and_no_lost_link(monkeypatch: pytes
     (notice,) = [
         event.data
         for event in flight.recorder.events
-        if isinstance(event.data, NoticeRecord) and "stood still" in event.data.text
+        if isinstance(event.data, NoticeRecord) and "unresponsive" in event.data.text
     ]
     assert notice.severity is Severity.CRITICAL
-    assert notice.text.startswith(("This station stood still for 6.", "This station stood still for 7."))
+    assert notice.text.startswith(("Station unresponsive for 6.", "Station unresponsive for 7."))
     assert flight.recorder.outcome is not None
     assert flight.recorder.outcome.summary["longest_stall_s"] == pytest.approx(7.0, abs=0.6)
 

@@ -79,7 +79,9 @@ def test_what_is_left_for_later_is_looked_at_behind_the_last_leg_and_the_record_
     flight = fly(BY_GAIN, detection=WHOLE_AREA)
     assert flight.view.snapshot().outcome is Outcome.FOUND
     assert flight.view.snapshot().covered_fraction == 1.0
-    assert len(said(flight, "Left for later: ")) == len(said(flight, "Looked at now, as it was left for later: ")) == 1
+    assert (
+        len(said(flight, "Left for later: ")) == len(said(flight, "Close look started (left for later before): ")) == 1
+    )
     assert flight.smallest_m >= UNLIMITED.separation_m
     assert len(said(flight, "Possible person (")) == 1
     write_search(tmp_path / "mission", flight.recorder)
@@ -92,7 +94,7 @@ def test_what_may_be_a_person_after_all_is_looked_at_behind_the_last_leg() -> No
     assert phases(flight) == [Phase.SCAN, Phase.CONVERGE, Phase.SCAN]
     swept = [step.elapsed_s for step in flight.recorder.steps.values() if step.branch == "sweep"]
     assert all(step.elapsed_s > max(swept) for step in flight.recorder.steps.values() if step.phase is Phase.CONVERGE)
-    assert len(said(flight, "Looked at now, as it was left for later: ")) == 1
+    assert len(said(flight, "Close look started (left for later before): ")) == 1
     assert len(said(flight, "Undecided when the search ended")) == 1
     assert flight.view.snapshot().outcome is Outcome.FOUND
 
@@ -106,7 +108,7 @@ def test_with_stops_the_look_comes_first() -> None:
 def test_where_the_time_is_over_what_was_not_looked_at_is_named() -> None:
     flight = fly(BY_GAIN, None, WARMER, deadlines=Deadlines(search_s=20.0))
     assert flight.view.snapshot().outcome is Outcome.NOT_FOUND
-    assert len(said(flight, "Left for later, and not looked at: ")) == 1
+    assert len(said(flight, "Not examined (left for later): ")) == 1
 
 
 def test_what_an_operator_has_rejected_is_not_looked_at_later() -> None:
@@ -121,7 +123,7 @@ def test_what_an_operator_has_rejected_is_not_looked_at_later() -> None:
 
     flight = run_virtually(whole())
     assert phases(flight) == [Phase.SCAN]
-    assert not said(flight, "Looked at now")
+    assert not said(flight, "Close look started")
 
 
 def test_the_station_that_takes_up_a_flight_looks_at_what_the_one_before_left_and_the_record_proves_it(
@@ -149,7 +151,7 @@ def test_the_station_that_takes_up_a_flight_looks_at_what_the_one_before_left_an
     (place,) = last.left_for_later
     flight = run_virtually(go_on(last))
     assert math.dist(place.place_enu_m, (0.0, 40.0)) < 2.0
-    assert len(said(flight, "Looked at now, as it was left for later: ")) == 1
+    assert len(said(flight, "Close look started (left for later before): ")) == 1
     assert flight.view.snapshot().left_for_later == ()
     write_search(tmp_path / "mission", flight.recorder)
     with MissionReader(tmp_path / "mission") as reader:
@@ -165,7 +167,7 @@ def test_what_was_left_is_named_where_an_operator_ends_the_search() -> None:
             await run
         return flight
 
-    assert len(said(run_virtually(whole()), "Left for later, and not looked at: ")) == 1
+    assert len(said(run_virtually(whole()), "Not examined (left for later): ")) == 1
 
 
 async def next_flight(**changes: object) -> Flight:
@@ -188,8 +190,8 @@ async def next_flight(**changes: object) -> Flight:
 
 def test_the_next_sortie_looks_at_what_the_former_one_left_and_the_record_proves_it(tmp_path: Path) -> None:
     flight = run_virtually(next_flight())
-    assert len(said(flight, "Looked at now, as it was left for later: ")) == 1
-    assert not said(flight, "not looked at")
+    assert len(said(flight, "Close look started (left for later before): ")) == 1
+    assert not said(flight, "Not examined")
     assert flight.view.snapshot().left_for_later == ()
     write_search(tmp_path / "mission", flight.recorder)
     with MissionReader(tmp_path / "mission") as reader:
@@ -200,7 +202,7 @@ def test_a_place_that_the_next_geofence_keeps_vehicles_from_is_named_and_stays_l
     south = ((-15.0, 5.0), (15.0, 5.0), (15.0, 15.0), (-15.0, 15.0))
     fence = SafetyOverrides(fence_enu_m=((-60.0, -40.0), (60.0, -40.0), (60.0, 58.0), (-60.0, 58.0)))
     flight = run_virtually(next_flight(area_enu_m=south, safety=fence))
-    assert not said(flight, "Looked at now")
-    (text,) = said(flight, "Left for later, and not looked at: ")
+    assert not said(flight, "Close look started")
+    (text,) = said(flight, "Not examined (left for later): ")
     assert text.endswith("(the geofence keeps vehicles away)")
     assert len(flight.view.snapshot().left_for_later) == 1

@@ -107,7 +107,7 @@ async def test_a_fence_is_not_written_unless_told_to() -> None:
         await flight.clock.sleep(10.0)
         check = flight.check(1, checks.GEOFENCE)
         assert (check.status, check.text, check.overridable) == (CheckStatus.FAIL, "none", True)
-        assert "preflight.upload_fence" in check.remedy
+        assert "allow this station to upload geofences" in check.remedy
         assert [vehicle.uploads for vehicle in flight.fleet.members.values()] == [0, 0]
         await flight.commands.act(Action.ABORT, None)
         await run
@@ -222,7 +222,7 @@ async def test_return_heights_are_not_written_unless_told_to_but_refuse_the_laun
         await flight.clock.sleep(10.0)
         check = flight.check(2, checks.RETURN_HEIGHT)
         assert (check.status, check.text, check.overridable) == (CheckStatus.FAIL, "60 m", True)
-        assert "preflight.set_return_height" in check.remedy
+        assert "allow this station to set return heights" in check.remedy
         assert flight.check(1, checks.RETURN_HEIGHT).status is CheckStatus.PASS
         assert flight.fleet.members[2].return_height_m == 60.0
         flight.fleet.members[2].return_height_m = 37.5

@@ -207,7 +207,10 @@ async def test_where_no_frame_comes_in_flight_the_search_goes_on_with_stops() ->
     changes = [text for text in flight.texts() if text.endswith("stops")]
     stops = "No frame has come in flight for 3 s (no image yet): the search goes on with stops"
     # Frames at rest come: it tries again, and again with stops.
-    assert changes == [*[stops, "Frames come again: the search goes on without stops"] * (len(changes) // 2), stops]
+    assert changes == [
+        *[stops, "Frames received again. The search continues without stops"] * (len(changes) // 2),
+        stops,
+    ]
     assert 3 <= len(changes) <= 5, "attempts become rarer"
     assert flight.view.snapshot().covered_fraction == 1.0
     assert any(text.startswith("No frames from ") for text in flight.texts())
@@ -224,7 +227,7 @@ async def test_a_search_without_frames_in_flight_stops_for_a_while_and_sweeps_ag
         for vehicle in flight.fleet.members.values():
             vehicle.camera_works = True
         assert await run is Outcome.NOT_FOUND
-    assert flight.texts().count("Frames come again: the search goes on without stops") == 1
+    assert flight.texts().count("Frames received again. The search continues without stops") == 1
     branches = [step.branch for step in flight.view.steps()]
     at_rest = [step.step for step in flight.view.steps() if not flight.recorder.decisions[step.step].may_sweep]
     assert len(at_rest) == FIRST_STEPS - 1

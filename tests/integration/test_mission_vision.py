@@ -73,7 +73,7 @@ async def test_a_height_that_makes_no_sense_is_refused_and_logged() -> None:
             await flight.commands.act(Action.FOCUS, None, 40.0)
         with pytest.raises(MissionError, match="leave the vehicles out"):
             await flight.commands.act(Action.FOCUS, (1,), 2.0)
-        with pytest.raises(MissionError, match="goes with focus only"):
+        with pytest.raises(MissionError, match="leave the height out"):
             await flight.commands.act(Action.HOLD, None, 2.0)
         await flight.commands.act(Action.ABORT, None)
         await run

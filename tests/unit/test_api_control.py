@@ -82,7 +82,7 @@ def test_a_request_that_nobody_answers_is_forgotten(control: Control, time: Hand
 @pytest.mark.parametrize("reason", ["", "  ", "no"])
 def test_control_is_taken_over_with_a_reason_only(control: Control, reason: str) -> None:
     control.claim("Robin")
-    with pytest.raises(InputDataError, match=r"reason: .*why you take control over from Robin"):
+    with pytest.raises(InputDataError, match=r"reason: .*why you take over control from Robin"):
         control.take("Ada", reason)
     assert control.state().holder == "Robin"
     assert control.take("Ada", "Robin does not answer") == "Robin"
@@ -211,7 +211,7 @@ async def test_each_change_of_control_is_shown_and_on_record(
     assert mission.announced == [
         ("Ada", "asks Robin for control"),
         ("Robin", "keeps control; refuses Ada"),
-        ("Ada", "takes control over from Robin: battery of vehicle 3"),
+        ("Ada", "takes over control from Robin: battery of vehicle 3"),
     ]
 
 

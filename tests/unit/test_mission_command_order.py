@@ -50,6 +50,17 @@ def test_nothing_that_is_older_undoes_a_hold(station: Station) -> None:
     station.order.check(station.seen(), Action.RESUME)
 
 
+@pytest.mark.parametrize(
+    ("command", "words"),
+    [(Action.NEW_SORTIE, "Ada sent begin a new sortie meanwhile"), ("another plan", "Ada sent another plan meanwhile")],
+)
+def test_what_came_meanwhile_is_named_in_words(station: Station, command: Action | str, words: str) -> None:
+    before = station.seen()
+    station.order.note(command, None, "Ada")
+    with pytest.raises(OutdatedError, match=words):
+        station.order.check(before, Action.RESUME)
+
+
 def test_commands_for_other_vehicles_do_not_overtake_each_other(station: Station) -> None:
     before = station.seen()
     station.order.note(Action.LAND, (3, 4), "")

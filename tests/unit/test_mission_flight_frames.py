@@ -62,7 +62,7 @@ def test_a_silence_in_flight_stops_the_line_until_frames_have_come_at_rest_some_
     assert steps_to_go(frames) == FIRST_STEPS
     assert journal.texts == [
         f"{SILENCE}: the search goes on with stops",
-        "Frames come again: the search goes on without stops",
+        "Frames received again. The search continues without stops",
     ]
 
 

@@ -24,7 +24,11 @@ pytestmark = pytest.mark.looptime
     ("stall_s", "delay_s", "end"),
     [
         (0.0, 0.0, "Check its link"),
-        (2.0, 0.0, "Check its link. This station stood still for 2.0 s meanwhile: its own overload may be the cause"),
+        (
+            2.0,
+            0.0,
+            "Check its link. This station was unresponsive for 2.0 s meanwhile: its own overload may be the cause",
+        ),
         (0.0, 6.0, "Check its link. Its messages arrive 6 s late: this station or the link may be overloaded"),
     ],
 )

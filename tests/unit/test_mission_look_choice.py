@@ -125,7 +125,7 @@ def test_what_the_search_ends_without_is_named() -> None:
     one, _, journal = choice()
     one.leaves(PLACE, verdict(0.1), vehicles=3)
     one.tell_left(())
-    assert journal.texts == ["Left for later, and not looked at: 3.0 m east, 40.0 m north"]
+    assert journal.texts == ["Not examined (left for later): 3.0 m east, 40.0 m north"]
     assert journal.severities == [Severity.WARNING]
 
 

@@ -64,7 +64,8 @@ def test_transitions_outside_the_table_are_defects() -> None:
 @pytest.mark.parametrize(
     ("phase", "action", "text"),
     [
-        (Phase.PREFLIGHT, Action.START, "Cannot start: preflight has not passed yet"),
+        (Phase.PREFLIGHT, Action.START, "Cannot launch: preflight has not passed yet"),
+        (Phase.DONE, Action.NOT_READY, "Cannot mark vehicles as not ready: the mission is over"),
         (Phase.SCAN, Action.START, "has started already"),
         (Phase.CONNECT, Action.OVERRIDE, "there are no checks yet"),
         (Phase.SCAN, Action.OVERRIDE, "has started already"),

@@ -200,7 +200,7 @@ def test_plans_are_refused_or_warned_by_what_the_prior_says_of_their_area(writte
     settings = replace(SETTINGS, search=SearchSettings(prior=written(polygon(-200.0, -100.0, 0.0, 100.0, weight=1))))
     (warning,) = check_plan(PLAN, settings)
     assert not warning.blocking
-    assert warning.text.startswith("50% of the prior probability (search.prior) lies outside of the search area")
+    assert warning.text.startswith("50% of the prior probability lies outside of the search area")
     (check,) = check_prior(settings, ORIGIN)
     assert (check.status, check.text) == (CheckStatus.WARN, "50% of the probability lies in the search area")
     written(polygon(-100.0, -100.0, 100.0, 100.0, weight=1))
@@ -234,5 +234,5 @@ def test_a_configuration_with_a_prior_of_no_use_is_refused(written: Written) -> 
     with pytest.raises(ConfigurationError, match=r"search\.prior"):
         configured(7)
     written(polygon(300.0, -100.0, 400.0, 100.0, weight=1))
-    with pytest.raises(ConfigurationError, match=r"cannot be flown \(area_enu_m\): search\.prior: .* does not meet"):
+    with pytest.raises(ConfigurationError, match=r"cannot be flown \(area_enu_m\): Prior: .* does not meet"):
         configured(name)

@@ -120,7 +120,7 @@ def test_plans_are_warned_of_segments_elsewhere_and_refused_where_all_are(writte
     written(there)
     (problem,) = check_plan(PLAN, settings)
     assert problem.blocking
-    assert "no segment of" in problem.text
+    assert "No segment of" in problem.text
     Path(settings.search.segments or "").write_text(json.dumps([]), "utf-8")
     assert [one.blocking for one in check_plan(PLAN, settings)] == [True]
 

@@ -130,7 +130,7 @@ class Control:
             self._give(asking)
 
     def take(self, name: str, reason: str) -> str | None:
-        """Take control over; return who had it.
+        """Take over control; return who had it.
 
         Raises:
             InputDataError: somebody else has it, and there is no reason.
@@ -138,12 +138,12 @@ class Control:
         self._note(name)
         former = self._holder if self._holder != name else None
         if former is not None and self._is_present(former) and len(reason.strip()) < MIN_REASON:
-            raise InputDataError(f"reason: say in a few words why you take control over from {former}.")
+            raise InputDataError(f"reason: say in a few words why you take over control from {former}.")
         self._give(name)
         return former
 
     def release(self, name: str) -> None:
-        """Give control up; the first who commands has it then.
+        """Release control; the first who commands has it then.
 
         Raises:
             NotInControlError: another operator has control.

@@ -36,13 +36,13 @@ async def answer_request(
 async def take_control(
     body: TakeControlRequest, session: CurrentSession, desk: ControlOfSwarm, access: OperatorAccess
 ) -> ControlModel:
-    """Take control over, with a reason for the audit log."""
+    """Take over control, with a reason for the audit log."""
     await desk.take(session, body.reason)
     return control(access.control.state())
 
 
 @router.post("/release")
 async def release_control(session: CurrentSession, desk: ControlOfSwarm, access: OperatorAccess) -> ControlModel:
-    """Give control up; the first operator who commands has it then."""
+    """Release control; the first operator who commands has it then."""
     await desk.release(session)
     return control(access.control.state())

@@ -12,7 +12,7 @@ from aos_gcs.mission.fleet.roster import FLYING, Member
 from aos_gcs.mission.fleet.vehicle_tasks import VehicleTasks
 from aos_gcs.mission.model.actions import Refusal
 from aos_gcs.mission.model.checks import PreflightCheck
-from aos_gcs.mission.model.vehicles import Task
+from aos_gcs.mission.model.vehicles import TASK_NAMES, Task
 from aos_gcs.mission.preflight.inspection import Inspector
 from aos_gcs.ports import Arm, Disarm, Severity, Takeoff
 
@@ -61,7 +61,7 @@ class Joining:
 
     async def _join(self, member: Member, relief: Relief | None) -> Refusal | None:
         if member.task not in {Task.IDLE, Task.LANDED} or member.airborne:
-            return Refusal(f"is part of the mission already ({member.task})")
+            return Refusal(f"is part of the mission already ({TASK_NAMES[member.task]})")
         refusal = self._find_place(member)
         if refusal is not None:
             return refusal

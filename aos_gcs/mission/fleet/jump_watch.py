@@ -63,7 +63,7 @@ class JumpWatch:
                 track.accepted_m = track.total_m
             member.position_doubt_m = 0.0
             if was_in_doubt:
-                self._journal.notice(Severity.INFO, "its positions follow from its velocity again", member.vehicle_id)
+                self._journal.notice(Severity.INFO, "position consistent with velocity again", member.vehicle_id)
             return False
         member.position_doubt_m = doubt_m
         if not was_in_doubt:

@@ -88,7 +88,7 @@ class LinkWatch:
         self._roster.assign(member, Task.LOST)
         text = f"link lost for {age_s:.0f} s: its own failsafe flies it now. Check its link"
         if stall_s := self._journal.stalled_s(age_s + _AFTERWARDS_S):
-            text += f". This station stood still for {stall_s:.1f} s meanwhile: its own overload may be the cause"
+            text += f". This station was unresponsive for {stall_s:.1f} s meanwhile: its own overload may be the cause"
         elif self._punctuality.is_poor:
             text += ". This station is overloaded, which may be the cause: close other programs on this computer"
         elif (link := member.state.link) is not None and link.telemetry_delay_s > _LATE_S:

@@ -244,7 +244,9 @@ class Monitor:
 
     async def _hold_found(self, member: Member) -> None:
         """Hold a vehicle that was found in the air after an operator's hold of all."""
-        self._context.journal.notice(Severity.WARNING, "found in the air: held, as all are", member.vehicle_id)
+        self._context.journal.notice(
+            Severity.WARNING, "airborne when first heard: holding, like all vehicles", member.vehicle_id
+        )
         await self._context.flight.command(member, Hold())
 
     def _watch_take_over(self, member: Member) -> None:

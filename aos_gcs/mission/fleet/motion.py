@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.mission.fleet.roster import Member
-from aos_gcs.mission.model.vehicles import Task
+from aos_gcs.mission.model.vehicles import TASK_NAMES, Task
 from aos_gcs.planning.settings import FlightSettings
 from aos_gcs.ports import Goto, Land
 
@@ -57,7 +57,8 @@ def is_ours(member: Member, tasks: frozenset[Task]) -> bool:
 
 def why_left(member: Member) -> str:
     """Return why a vehicle is not sent to a waypoint that was planned for it."""
-    return f"held: it left the swarm ({member.task}, mode {member.state.mode_name or member.state.mode})"
+    mode = member.state.mode_name or member.state.mode
+    return f"held: it left the swarm ({TASK_NAMES[member.task]}, mode {mode})"
 
 
 def is_told_to_land(member: Member) -> bool:

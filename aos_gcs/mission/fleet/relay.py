@@ -17,7 +17,7 @@ from aos_gcs.mission.fleet.relief_plan import relief_times_s
 from aos_gcs.mission.fleet.return_and_land import ReturnAndLand
 from aos_gcs.mission.fleet.roster import Member
 from aos_gcs.mission.model.actions import Refusal
-from aos_gcs.mission.model.vehicles import Task
+from aos_gcs.mission.model.vehicles import TASK_NAMES, Task
 from aos_gcs.ports import Severity
 
 APART_S = 20.0
@@ -104,7 +104,7 @@ class Relay:
         if is_ready and (member.airborne or member.state.armed):
             return Refusal("is not on the ground with stopped motors")
         if is_ready and member.task not in {Task.IDLE, Task.LANDED}:
-            return Refusal(f"is part of the mission already ({member.task})")
+            return Refusal(f"is part of the mission already ({TASK_NAMES[member.task]})")
         if not is_ready and (member.airborne or member.task is Task.JOINING):
             return Refusal("has taken off, or is about to: hold, return or land it")
         member.is_ready = is_ready

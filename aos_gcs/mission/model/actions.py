@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
+from types import MappingProxyType
 
 
 class Action(StrEnum):
@@ -30,6 +32,27 @@ class Action(StrEnum):
     """Launch in spite of a failed check of preflight, or take that back; see ``MissionCommands.override_check``."""
     NEW_SORTIE = "new_sortie"
     """End this mission's record and prepare another sortie, on the same page and with the same findings."""
+
+
+ACTION_NAMES: Mapping[Action, str] = MappingProxyType(
+    {
+        Action.CHOOSE: "choose vehicles",
+        Action.START: "launch",
+        Action.PAUSE: "pause",
+        Action.RESUME: "resume",
+        Action.HOLD: "hold",
+        Action.RETURN: "return",
+        Action.LAND: "land",
+        Action.ABORT: "abort",
+        Action.FOCUS: "set the focal plane",
+        Action.JOIN: "join",
+        Action.READY: "confirm vehicles as ready",
+        Action.NOT_READY: "mark vehicles as not ready",
+        Action.OVERRIDE: "override a check",
+        Action.NEW_SORTIE: "begin a new sortie",
+    }
+)
+"""Names for operators, as verbs."""
 
 
 @dataclass(frozen=True, slots=True)

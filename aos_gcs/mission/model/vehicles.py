@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
+from types import MappingProxyType
 
 from aos_gcs.geometry.geodesy import EnuPoint
 from aos_gcs.geometry.heights import AboveGroundM
@@ -24,6 +25,21 @@ class Task(StrEnum):
     LANDED = "landed"
     LOST = "lost"
     """Silent for longer than the link-loss limit; its own failsafe flies it."""
+
+
+TASK_NAMES: Mapping[Task, str] = MappingProxyType(
+    {
+        Task.IDLE: "standing by",
+        Task.JOINING: "joining",
+        Task.SWARM: "in the swarm",
+        Task.HELD: "holding",
+        Task.RETURNING: "returning",
+        Task.LANDING: "landing",
+        Task.LANDED: "landed",
+        Task.LOST: "link lost",
+    }
+)
+"""Names for operators, as what a vehicle is doing."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,7 +24,7 @@ def check_prior(settings: MissionSettings, origin: GeodeticPosition) -> tuple[Pr
     try:
         share = prior_over(name, origin, settings.area_enu_m).share
     except (ConfigurationError, InputDataError) as error:
-        return (checks.failed(checks.MISSION, checks.PRIOR, str(error), "correct search.prior, or leave it out"),)
+        return (checks.failed(checks.MISSION, checks.PRIOR, str(error), "correct the prior's file, or remove it"),)
     text = f"{share:.0%} of the probability lies in the search area"
     if share < WHOLE:
         return (checks.warned(checks.MISSION, checks.PRIOR, text, "extend the area, or search elsewhere as well"),)

@@ -62,5 +62,5 @@ def _check_climb(member: Member, members: Sequence[Member], climb_m: float, sepa
         return checks.passed(vehicle_id, checks.RETURN_CLIMB, "through no other layer")
     others = ", ".join(map(str, above))
     text = f"by up to {climb_m:.1f} m, through the layers of vehicles that may be above it then: {others}"
-    remedy = "fly level layers (terrain.follow = false), or accept that by an override"
+    remedy = "use level altitude layers, or override this check"
     return checks.failed(vehicle_id, checks.RETURN_CLIMB, text, remedy)

@@ -114,7 +114,7 @@ def _check_fence(vehicle_id: int, inspection: Inspection) -> PreflightCheck:
         if inspection.may_upload:
             wait = "wait: the mission's is being uploaded"
             return PreflightCheck(vehicle_id, checks.GEOFENCE, CheckStatus.FAIL, text, wait)
-        remedy = "upload it with another ground station, or allow this station to (preflight.upload_fence)"
+        remedy = "upload it with another ground station, or allow this station to upload geofences"
         return checks.failed(vehicle_id, checks.GEOFENCE, text, remedy)
     if not facts.at_fence.is_on:
         return checks.failed(vehicle_id, checks.GEOFENCE, f"not enforced: {facts.at_fence.text}", facts.at_fence.remedy)
@@ -167,10 +167,7 @@ def _set_return_height(facts: VehicleFacts, bounds: ReturnBounds) -> str:
         height = f"{layer_m:.1f} m"
     else:
         height = f"between {least_m:.1f} m and {layer_m:g} m, its layer"
-    return (
-        f"set it with another ground station ({settings}) to {height}, or allow this station to "
-        "(preflight.set_return_height)"
-    )
+    return f"set it with another ground station ({settings}) to {height}, or allow this station to set return heights"
 
 
 def _check_camera(state: VehicleState, inspection: Inspection) -> PreflightCheck:

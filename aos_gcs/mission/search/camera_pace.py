@@ -171,7 +171,7 @@ class CameraPace:
             self._is_common_named = True
             text = (
                 f"{slow} of {len(self._cameras)} cameras deliver about {pace}: where they can do more, their link or "
-                "this station is too slow; lower imaging.rate_hz, or fly fewer vehicles"
+                "this station is too slow; lower the frame rate, or use fewer vehicles"
             )
             self._journal.notice(Severity.WARNING, text)
 

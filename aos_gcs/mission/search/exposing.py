@@ -168,7 +168,7 @@ class Exposures:
             self._silent[vehicle_id] = self._silent.get(vehicle_id, 0) + 1
         for capture in used.captures:
             if count := self._silent.pop(capture.vehicle_id, 0):
-                notice(Severity.INFO, f"its frames come again; missing: {count}", capture.vehicle_id)
+                notice(Severity.INFO, f"frames received again. Missing: {count}", capture.vehicle_id)
         return used
 
     async def watch_station(self) -> None:

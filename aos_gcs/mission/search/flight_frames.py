@@ -67,7 +67,7 @@ class FramesInFlight:
         self._good_steps = self._good_steps + 1 if is_enough else 0
         if self._good_steps == self._needed:
             self._is_suspended = False
-            self._journal.notice(Severity.INFO, "Frames come again: the search goes on without stops")
+            self._journal.notice(Severity.INFO, "Frames received again. The search continues without stops")
 
     def _is_fit(self, capture: Capture) -> bool:
         sigma_s = self._settings.uncertainty.clock_s if capture.time_sigma_s is None else capture.time_sigma_s

@@ -207,7 +207,7 @@ class LookChoice:
         self._look_legs.add(len(self._progress.legs))
         east, north = self._settings.scan_direction_enu
         east_m, north_m = best.place_enu_m
-        self._journal.notice(Severity.INFO, f"Looked at now, as it was left for later: {best.text}")
+        self._journal.notice(Severity.INFO, f"Close look started (left for later before): {best.text}")
         return ScanLeg((east_m - east * _LEG_M / 2.0, north_m - north * _LEG_M / 2.0), (east, north), _LEG_M)
 
     def tell_left(self, looked_at_enu_m: Sequence[Place]) -> None:
@@ -215,7 +215,7 @@ class LookChoice:
         self._drop(looked_at_enu_m)
         if self._later:
             places = "; ".join(self._in_words(one) for one in self._later)
-            self._journal.notice(Severity.WARNING, f"Left for later, and not looked at: {places}")
+            self._journal.notice(Severity.WARNING, f"Not examined (left for later): {places}")
 
     def _in_words(self, one: _Later) -> str:
         return one.text if self._is_in_reach(one) else f"{one.text} (the geofence keeps vehicles away)"

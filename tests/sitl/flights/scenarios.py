@@ -50,7 +50,7 @@ AREA_ENU_M = ((-30.0, 25.0), (30.0, 25.0), (30.0, 105.0), (-30.0, 105.0))
 SEARCH = Setting(area_enu_m=AREA_ENU_M, world=("--seed", "3"), tables=FOREST)
 DISTRACTED = Setting(area_enu_m=AREA_ENU_M, world=("--seed", "5", "--animals", "1", "--stones", "2"), tables=FOREST)
 LEFT = "Left for later: "
-LOOKED = "Looked at now, as it was left for later: "
+LOOKED = "Close look started (left for later before): "
 RELIEF = Setting(area_enu_m=AREA_ENU_M, world=("--seed", "4"), terrain="hills")
 """The ground rises to 17 m above the launch site, and falls to 1 m below it."""
 

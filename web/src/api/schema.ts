@@ -155,7 +155,7 @@ export interface paths {
     put?: never;
     /**
      * Release Control
-     * @description Give control up; the first operator who commands has it then.
+     * @description Release control; the first operator who commands has it then.
      */
     post: operations["release_control_api_control_release_post"];
     delete?: never;
@@ -195,7 +195,7 @@ export interface paths {
     put?: never;
     /**
      * Take Control
-     * @description Take control over, with a reason for the audit log.
+     * @description Take over control, with a reason for the audit log.
      */
     post: operations["take_control_api_control_take_post"];
     delete?: never;

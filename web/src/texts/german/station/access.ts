@@ -80,7 +80,7 @@ export const access: readonly StationText[] = [
   // Control.
   ["operator: {name} does not ask for control now.", "{name} bittet jetzt nicht um die Steuerung."],
   [
-    "reason: say in a few words why you take control over from {name}.",
+    "reason: say in a few words why you take over control from {name}.",
     "Begründung: in wenigen Worten sagen, warum die Steuerung von {name} übernommen wird.",
   ],
   // What is not there, or too much.

@@ -53,7 +53,7 @@ export const checks: readonly StationText[] = [
   ["all", "alle"],
   ["{share} of the probability lies in the search area", "{share} der Wahrscheinlichkeit liegt im Suchgebiet"],
   ["extend the area, or search elsewhere as well", "Gebiet erweitern oder auch anderswo suchen"],
-  ["correct search.prior, or leave it out", "search.prior berichtigen oder weglassen"],
+  ["correct the prior's file, or remove it", "die Datei des Vorwissens berichtigen oder entfernen"],
   [
     "{name}: override ended, the result of the check has changed",
     "{name}: Ausnahme beendet, das Ergebnis der Prüfung hat sich geändert",
@@ -117,8 +117,8 @@ export const checks: readonly StationText[] = [
   ["not the mission's", "nicht der der Mission"],
   ["wait: the mission's is being uploaded", "warten: Der Geofence der Mission wird übertragen"],
   [
-    "upload it with another ground station, or allow this station to (preflight.upload_fence)",
-    "mit einer anderen Bodenstation übertragen oder dieser Station erlauben (preflight.upload_fence)",
+    "upload it with another ground station, or allow this station to upload geofences",
+    "mit einer anderen Bodenstation übertragen oder dieser Station erlauben, Geofences zu übertragen",
   ],
   ["wait: the height of its layer is being set", "warten: Die Höhe ihrer Ebene wird gesetzt"],
   ["no frame", "kein Bild"],
@@ -180,8 +180,8 @@ export const checks: readonly StationText[] = [
     "um bis zu {climb} m, durch die Ebenen von Drohnen, die dann über ihr sein können: {others}",
   ],
   [
-    "fly level layers (terrain.follow = false), or accept that by an override",
-    "waagrechte Höhenebenen fliegen (terrain.follow = false) oder eine Ausnahme machen",
+    "use level altitude layers, or override this check",
+    "waagrechte Höhenebenen verwenden oder für diese Prüfung eine Ausnahme zulassen",
   ],
   [
     "{height} m, and {climb} m above where it is, {missing} m below {what}",
@@ -196,8 +196,8 @@ export const checks: readonly StationText[] = [
     "die Höhenebenen um {height} m anheben: Diese ist auf dem Rückweg zu nah am Boden",
   ],
   [
-    "set it with another ground station ({settings}) to {height}, or allow this station to (preflight.set_return_height)",
-    "mit einer anderen Bodenstation ({settings}) auf {height} setzen oder dieser Station erlauben (preflight.set_return_height)",
+    "set it with another ground station ({settings}) to {height}, or allow this station to set return heights",
+    "mit einer anderen Bodenstation ({settings}) auf {height} setzen oder dieser Station erlauben, Rückkehrhöhen zu setzen",
   ],
   ["{height} m or more", "{height} m oder mehr"],
   ["{height} m, its layer, or less", "{height} m, ihre Ebene, oder weniger"],

@@ -18,7 +18,7 @@ export const commands: readonly StationText[] = [
   ["starts", "startet"],
   ["may take off once, to relieve another vehicle", "darf einmal starten, um eine andere abzulösen"],
   ["the mission is returning already", "die Mission ist schon auf dem Rückflug"],
-  ["Cannot start: {reason}.", "Starten nicht möglich: {reason}."],
+  ["Cannot launch: {reason}.", "Starten nicht möglich: {reason}."],
   ["preflight has not passed yet", "Die Vorflugkontrolle ist noch nicht bestanden"],
   ["the mission has started already", "Die Mission hat schon begonnen"],
   ["Cannot begin a new sortie: {reason}.", "Neuer Flug nicht möglich: {reason}."],

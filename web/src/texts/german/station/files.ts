@@ -120,8 +120,8 @@ export const files: readonly StationText[] = [
     "Für den Boden darunter braucht es mission.origin_deg und das Suchgebiet.",
   ],
   [
-    "The prior {file} does not meet the search area, or is 0 everywhere in it: check its coordinate system, move the area, or leave search.prior out.",
-    "Das Vorwissen {file} trifft das Suchgebiet nicht oder ist darin überall 0: Koordinatensystem prüfen, Gebiet verschieben oder search.prior weglassen.",
+    "The prior {file} does not meet the search area, or is 0 everywhere in it: check its coordinate system, move the area, or search without a prior (search.prior).",
+    "Das Vorwissen {file} trifft das Suchgebiet nicht oder ist darin überall 0: Koordinatensystem prüfen, Gebiet verschieben oder ohne Vorwissen suchen (search.prior).",
   ],
   [
     "The prior {file} must be a GeoTIFF (.tif) or a GeoJSON file (.geojson).",

@@ -46,7 +46,7 @@ export const flight: readonly StationText[] = [
     "{text}; it was taken over before: {reason}. Resume this vehicle alone",
     "{text}; sie wurde zuvor übernommen: {reason}. Diese Drohne einzeln fortsetzen",
   ],
-  ["found in the air: held, as all are", "in der Luft gefunden: wird wie alle gehalten"],
+  ["airborne when first heard: holding, like all vehicles", "beim ersten Kontakt in der Luft: wird wie alle gehalten"],
   [
     "airborne again after its landing. Hold it, return it or land it",
     "nach der Landung wieder in der Luft. Halten, zurückholen oder landen",
@@ -144,7 +144,7 @@ export const flight: readonly StationText[] = [
     "{jump}. Sie wird gehalten, und andere halten Abstand: prüfen, dann fortsetzen",
   ],
   ["its position jumped by {distance} m", "ihre Position ist um {distance} m gesprungen"],
-  ["its positions follow from its velocity again", "ihre Positionen passen wieder zu ihrer Geschwindigkeit"],
+  ["position consistent with velocity again", "Position passt wieder zur Geschwindigkeit"],
   ["it has lost its 3D position fix", "sie hat die 3D-Ortung verloren"],
   ["its estimator has no position", "ihre Lageschätzung hat keine Position"],
   [

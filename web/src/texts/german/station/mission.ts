@@ -95,8 +95,8 @@ export const mission: readonly StationText[] = [
     ", aber sie hat den Schwarm verlassen: {reason}. Sie wird nicht gesteuert, bis sie fortgesetzt wird",
   ],
   [
-    ". This station stood still for {stall} s meanwhile: its own overload may be the cause",
-    ". Diese Station stand inzwischen {stall} s still: Ihre Überlastung kann die Ursache sein",
+    ". This station was unresponsive for {stall} s meanwhile: its own overload may be the cause",
+    ". Diese Station reagierte inzwischen {stall} s nicht: Ihre Überlastung kann die Ursache sein",
   ],
   [
     ". This station is overloaded, which may be the cause: close other programs on this computer",
@@ -142,8 +142,8 @@ export const mission: readonly StationText[] = [
   // This station.
   ["terrain: {text}", "Gelände: {text}"],
   [
-    "This station stood still for {stall} s: it neither heard nor commanded the vehicles. Close other programs on this computer",
-    "Diese Station stand {stall} s still: Sie hat die Drohnen weder gehört noch gesteuert. Andere Programme auf diesem Rechner schließen",
+    "Station unresponsive for {stall} s: no telemetry received, no commands sent. Close other programs on this computer",
+    "Station reagierte {stall} s nicht: keine Telemetrie empfangen, keine Befehle gesendet. Andere Programme auf diesem Rechner schließen",
   ],
   [
     "This station is overloaded: {missing}. Close other programs on this computer",

@@ -159,18 +159,18 @@ export const plans: readonly StationText[] = [
   ["outside of the geofence", "außerhalb des Geofence"],
   // Where the person is likely to be.
   [
-    "{share} of the prior probability (search.prior) lies outside of the search area: extend the area, or search there by other means.",
-    "{share} der Wahrscheinlichkeit vor der Suche (search.prior) liegen außerhalb des Suchgebiets: Gebiet erweitern oder dort anders suchen.",
+    "{share} of the prior probability lies outside of the search area: extend the area, or search there by other means.",
+    "{share} der Wahrscheinlichkeit vor der Suche liegen außerhalb des Suchgebiets: Gebiet erweitern oder dort anders suchen.",
   ],
   [
     "Segments outside of the search area, which are not searched: {names}. Extend the area.",
     "Abschnitte außerhalb des Suchgebiets, die nicht abgesucht werden: {names}. Gebiet erweitern.",
   ],
-  ["search.prior: {reason}", "search.prior: {reason}"],
-  ["search.segments: {reason}", "search.segments: {reason}"],
+  ["Prior: {reason}", "Vorwissen: {reason}"],
+  ["Segments: {reason}", "Abschnitte: {reason}"],
   [
-    "search.segments: no segment of {name} meets the search area: check the file, or leave it out.",
-    "search.segments: Kein Abschnitt von {name} trifft das Suchgebiet: Datei prüfen oder weglassen.",
+    "No segment of {name} meets the search area: correct the file, or remove it.",
+    "Kein Abschnitt von {name} trifft das Suchgebiet: Datei berichtigen oder entfernen.",
   ],
   [
     "{place} is where the elevation model has a hole or ends. Move it, or add a file that covers it.",

@@ -38,8 +38,11 @@ export const search: readonly StationText[] = [
     "Left for later: {place} ({percent} % a person). Scanning on is expected to find a person sooner",
     "Für später gelassen: {place} (zu {percent} % eine Person). Weiterzusuchen findet voraussichtlich eher jemanden",
   ],
-  ["Looked at now, as it was left for later: {place}", "Wird jetzt angesehen, da für später gelassen: {place}"],
-  ["Left for later, and not looked at: {places}", "Für später gelassen und nicht angesehen: {places}"],
+  [
+    "Close look started (left for later before): {place}",
+    "Wird jetzt genau angesehen (bisher für später gelassen): {place}",
+  ],
+  ["Not examined (left for later): {places}", "Nicht angesehen (für später gelassen): {places}"],
   // Search and findings.
   [
     "The prior cannot be used, all places count as equally likely: {error}",
@@ -217,7 +220,10 @@ export const search: readonly StationText[] = [
     "The vehicles that looked closely fly after the line.",
     "Die Drohnen, die genau hingesehen haben, fliegen der Linie nach.",
   ],
-  ["Frames come again: the search goes on without stops", "Bilder kommen wieder: Die Suche geht ohne Halte weiter"],
+  [
+    "Frames received again. The search continues without stops",
+    "Bilder kommen wieder an. Die Suche geht ohne Halte weiter",
+  ],
   [
     "Frames come every {interval} s instead of every {period} s: the line flies at {pace} m/s, so that no ground is left out",
     "Bilder kommen alle {interval} s statt alle {period} s: Die Linie fliegt mit {pace} m/s, damit kein Boden ausgelassen wird",
@@ -229,7 +235,7 @@ export const search: readonly StationText[] = [
   ["{count} frames of this stretch were left out", "{count} Bilder dieser Strecke wurden ausgelassen"],
   ["step {step} goes on without its frame: {reason}", "Schritt {step} geht ohne ihr Bild weiter: {reason}"],
   ["the line flies on without its frames: {reason}", "die Linie fliegt ohne ihre Bilder weiter: {reason}"],
-  ["its frames come again; missing: {count}", "ihre Bilder kommen wieder; gefehlt haben {count}"],
+  ["frames received again. Missing: {count}", "ihre Bilder kommen wieder an. Gefehlt haben {count}"],
   ["no image for {silence} s", "kein Bild seit {silence} s"],
   ["no image yet", "noch kein Bild"],
   [
@@ -241,8 +247,8 @@ export const search: readonly StationText[] = [
     "ihre Kamera nimmt wieder von selbst auf: angeforderte Bilder kommen nicht schneller",
   ],
   [
-    "{slow} of {all} cameras deliver about {pace}: where they can do more, their link or this station is too slow; lower imaging.rate_hz, or fly fewer vehicles",
-    "{slow} von {all} Kameras liefern etwa {pace}: Wo sie mehr können, ist ihre Verbindung oder diese Station zu langsam; imaging.rate_hz senken oder mit weniger Drohnen fliegen",
+    "{slow} of {all} cameras deliver about {pace}: where they can do more, their link or this station is too slow; lower the frame rate, or use fewer vehicles",
+    "{slow} von {all} Kameras liefern etwa {pace}: Wo sie mehr können, ist ihre Verbindung oder diese Station zu langsam; Bildrate senken oder mit weniger Drohnen fliegen",
   ],
   [
     "each image of its camera is requested, without interval capture: {reason}",
