@@ -63,7 +63,7 @@ def invite(
     ] = "http://127.0.0.1:8080/",
     hours: Annotated[float, typer.Option(help="Hours until the invitation expires.", min=0.1, max=24.0 * 30)] = 24.0,
 ) -> None:
-    """Print a link by which one person makes an account. Send it by a way that others do not read."""
+    """Print a link by which one person makes an account. Send it through a private channel."""
     token = AccountFile(file).invite(Role(role), "the command line", machine_utc_s(), hours * 3600.0)
     typer.echo(f"{url.rstrip('/')}/#invite={token}")
 

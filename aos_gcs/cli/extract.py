@@ -38,11 +38,11 @@ def extract(
         typer.Option(metavar="S", help="Time between two frames, instead of their distance.", rich_help_panel=PANEL),
     ] = None,
     start: Annotated[
-        float, typer.Option("--from", metavar="S", help="Second of the video to begin at.", rich_help_panel=PANEL)
+        float, typer.Option("--from", metavar="S", help="Start time in the video, seconds.", rich_help_panel=PANEL)
     ] = 0.0,
     end: Annotated[
         float | None,
-        typer.Option("--to", metavar="S", help="Second of the video to end at.", rich_help_panel=PANEL),
+        typer.Option("--to", metavar="S", help="End time in the video, seconds.", rich_help_panel=PANEL),
     ] = None,
     ground: Annotated[
         float | None,

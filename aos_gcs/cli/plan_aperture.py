@@ -25,15 +25,18 @@ def plan_aperture(
         float, typer.Option(metavar="SHARE", help="Share of the ground that one image does not see, 0 to 1.")
     ] = 0.85,
     saturation: Annotated[
-        float, typer.Option(metavar="SHARE", help="Wanted share of the visibility of infinitely many drones.")
+        float,
+        typer.Option(
+            metavar="SHARE", help="Required visibility as a share of that of an unlimited number of vehicles."
+        ),
     ] = 0.95,
     layer_spacing: Annotated[
-        float, typer.Option(metavar="M", help="Vertical distance of two drones, metres; 0: all at one altitude.")
+        float, typer.Option(metavar="M", help="Vertical distance of two vehicles, metres; 0: all at one altitude.")
     ] = 2.0,
-    drones: Annotated[int | None, typer.Option(help="Number of drones; default: as many as proposed.")] = None,
+    drones: Annotated[int | None, typer.Option(help="Number of vehicles; default: as many as proposed.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the proposal as one JSON object.")] = False,
 ) -> None:
-    """Propose spacing (c4), number and altitude layers of drones for a forest, with the reasons.
+    """Propose spacing (c4), number and altitude layers of vehicles for a forest, with the reasons.
 
     The statistics assume occluders of one size at random places; docs/research/imaging.md compares them with forests.
     """

@@ -20,9 +20,7 @@ PASSWORD = "AOS_GCS_TAK_PASSWORD"  # noqa: S105 - the name of the variable
 def tak_enrol(
     config: Annotated[Path, typer.Argument(help="TOML file with the connection to TAK.", dir_okay=False)],
     *,
-    replace: Annotated[
-        bool, typer.Option("--replace", help="Replace a certificate that is there, such as one that expires soon.")
-    ] = False,
+    replace: Annotated[bool, typer.Option("--replace", help="Replace an existing certificate.")] = False,
 ) -> None:
     """Have a TAK server sign a certificate, and write it into the files that the configuration names for TAK.
 

@@ -36,8 +36,10 @@ Cloths = Annotated[int, typer.Option(help="Bright cloths in the forest, as warm 
 Stumps = Annotated[int, typer.Option(help="Sun-warmed stumps in the forest.")]
 Waters = Annotated[int, typer.Option(help="Puddles in the forest, colder than the ground.")]
 Persons = Annotated[int, typer.Option(help="Persons in the forest.")]
-PersonPosture = Annotated[str, typer.Option("--posture", help="Their posture: standing, sitting, lying or walking.")]
-Dressed = Annotated[bool, typer.Option("--dressed", help="Draw hoods, gloves and blankets for them.")]
+PersonPosture = Annotated[
+    str, typer.Option("--posture", help="Posture of the persons: standing, sitting, lying or walking.")
+]
+Dressed = Annotated[bool, typer.Option("--dressed", help="Dress the persons in hoods, gloves and blankets.")]
 InPairs = Annotated[bool, typer.Option("--in-pairs", help="Place every second person beside another one.")]
 WalkingSpeed = Annotated[
     float,

@@ -46,7 +46,7 @@ def run(
     duration: Annotated[float | None, typer.Option(metavar="S", help="Simulated seconds per run.")] = None,
     density: Annotated[float | None, typer.Option(metavar="TREES", help="Trees per hectare.")] = None,
     forest: Annotated[str | None, typer.Option(help="Type of the trees: broadleaf or conifer.")] = None,
-    drones: Annotated[int | None, typer.Option(help="Number of drones.")] = None,
+    drones: Annotated[int | None, typer.Option(help="Number of vehicles.")] = None,
     posture: Annotated[str | None, typer.Option(help="Posture of the target: standing, sitting or lying.")] = None,
     target_speed: Annotated[float | None, typer.Option(metavar="M/S", help="Speed of the target (0: still).")] = None,
     fidelity: Annotated[str | None, typer.Option(help="geometric (rays, fast) or imaging (rendered images).")] = None,

@@ -20,7 +20,7 @@ def effectiveness(
     densities: Annotated[str, typer.Option(help="Trees per hectare, separated by commas.")] = "300,400,500",
     seed: Annotated[int, typer.Option(help="Random seed of the first scene; the others count up from it.")] = 0,
     strategy: Annotated[str, typer.Option(help="Name of the swarm's strategy.")] = "aos-apso",
-    vehicles: Annotated[int, typer.Option(help="Number of drones.")] = 10,
+    vehicles: Annotated[int, typer.Option(help="Number of vehicles.")] = 10,
     image_size: Annotated[int, typer.Option(metavar="PX", help="Edge of the square images.")] = 512,
     jobs: Annotated[int, typer.Option(help="Number of processes on this machine.")] = 1,
     model: Annotated[

@@ -53,7 +53,7 @@ def missions(
             "differences to it are reported pair by pair.",
         ),
     ] = None,
-    vehicles: Annotated[int, typer.Option(help="Number of drones.")] = 10,
+    vehicles: Annotated[int, typer.Option(help="Number of vehicles.")] = 10,
     side: Annotated[float, typer.Option(metavar="M", help="Side of the search area, a square forest.")] = 60.0,
     image_size: Annotated[int, typer.Option(metavar="PX", help="Edge of the square images.")] = 512,
     terrain: Annotated[
@@ -88,8 +88,8 @@ def missions(
         str,
         typer.Option(
             metavar="first|gain",
-            help="When what comes into view is looked at closely: first, or where that is expected to find a person "
-            "sooner than scanning on.",
+            help="Order of close looks: first (always at once), or gain (at once where that is expected to find a "
+            "person sooner than scanning on, otherwise behind the last leg).",
             show_default="as missions do by default",
         ),
     ] = "",
