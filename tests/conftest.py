@@ -72,7 +72,7 @@ def restored_logging() -> Iterator[None]:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers() -> int:
-    """As many workers as cores compute, beside one with the browser and one that mostly waits for other processes."""
+    """Return one worker per core, beside one with the browser and one that mostly waits for other processes."""
     return (os.cpu_count() or 1) + schedule.PROMPT_WORKERS
 
 
@@ -82,7 +82,7 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> schedule.
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
-    """Where ``--durations`` is asked for, add up the durations per folder."""
+    """Add up the durations per folder, where ``--durations`` is asked for."""
     if config.option.durations is None:
         return
     reports = [report for kind in terminalreporter.stats.values() for report in kind if hasattr(report, "duration")]

@@ -1,4 +1,4 @@
-"""How many examples the fuzz tests take: a few hundred with all other tests, many more in the slow ones."""
+"""Number of examples that the fuzz tests take: a few hundred with all other tests, many more in the slow ones."""
 
 from __future__ import annotations
 

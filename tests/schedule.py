@@ -9,7 +9,7 @@ from xdist.scheduler import LoadFileScheduling
 from xdist.workermanage import WorkerController
 
 BROWSER = "tests/browser"
-"""Its modules share one worker but for those that wait: two busy browsers at once would wait for each other."""
+"""Folder whose modules share one worker but for those that wait: two busy browsers would wait for each other."""
 
 WAITING = (
     "tests/integration/test_demo",

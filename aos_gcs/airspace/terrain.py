@@ -47,7 +47,7 @@ class GroundCells:
     """Cells of a raster, with what the ground in each is between."""
 
     places_enu_m: FloatArray
-    """Their centres, shape (n, 2)."""
+    """Centres of the cells, shape (n, 2)."""
     lowest_m: FloatArray
     """Heights above the origin, shape (n,); NaN where they are not known."""
     highest_m: FloatArray

@@ -21,7 +21,7 @@ class PortHolder:
 
     pid: int
     name: str
-    """Its command line, shortened."""
+    """Command line of the process, shortened."""
     is_stopped: bool
     """Whether it stands still, as after Ctrl-Z: it keeps the port until it goes on."""
 

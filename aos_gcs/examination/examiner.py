@@ -45,7 +45,7 @@ class Examination:
     """A recorded flight, and how it is examined."""
 
     survey: Survey
-    """Its world is east-north-up about its origin."""
+    """Survey whose world is east-north-up about its origin."""
     bands: tuple[str, ...]
     """Bands by which the images are judged: that of one band counts as thermal."""
     surface: FocalSurface

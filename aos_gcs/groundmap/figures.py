@@ -68,9 +68,9 @@ class ViewRaster:
     """Numbers of independent views; north-up, cells of one metre."""
 
     row: int
-    """Row of its first cell, counted southwards from the origin."""
+    """Row of the first cell, counted southwards from the origin."""
     column: int
-    """Its column, counted eastwards."""
+    """Column of the first cell, counted eastwards."""
     views: NDArray[np.uint8]
     """Shape (rows, columns)."""
 

@@ -28,7 +28,7 @@ class ProjectedFrame:
     row: int
     """Row of the first cell of views, counted southwards from the origin."""
     column: int
-    """Its column, counted eastwards."""
+    """Column of the first cell, counted eastwards."""
     values: NDArray[np.float32]
     """Bands of the frame, shape (4 · rows, 4 · columns, C); of no meaning where nothing is covered."""
     covered: NDArray[np.bool_]

@@ -144,7 +144,7 @@ class Handover:
     """None while the mission goes on, and when its program was killed."""
     final: MissionSnapshot
     findings: tuple[ReportedFinding, ...]
-    """Those that count, the confirmed ones first, the rejected ones last."""
+    """Findings that count, the confirmed ones first, the rejected ones last."""
     merged: tuple[Finding, ...]
     """Findings that have turned out to be an earlier one."""
     flights: tuple[Flight, ...]

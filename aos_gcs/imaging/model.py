@@ -188,9 +188,9 @@ class Sighting:
     views: tuple[BlobView, ...]
     """Views of the step's own frames; at least one."""
     settled: bool = False
-    """It lies at a place that has been looked at: nothing leads a swarm there again."""
+    """Whether the blob lies at a place that has been looked at: nothing leads a swarm there again."""
     suspected: bool = False
-    """It lies at a place where something warm may be a person."""
+    """Whether the blob lies at a place where something warm may be a person."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -56,7 +56,7 @@ class Comparison:
     strategies: tuple[str, ...]
     """Labels, in the order of the campaign."""
     initialisations: tuple[str, ...]
-    """Those that all strategies have run."""
+    """Initialisations that all strategies have run."""
     runs: Mapping[tuple[str, str], Run]
     """Runs by strategy and initialisation, including the oracle's."""
 

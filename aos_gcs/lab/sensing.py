@@ -33,7 +33,7 @@ class Sighting:
     seen: NDArray[np.bool_]
     """Cells of the target that at least one drone marks, shape (rows, columns)."""
     unoccluded: NDArray[np.bool_]
-    """Those that at least one would see without the forest, shape (rows, columns)."""
+    """Cells that at least one drone would see without the forest, shape (rows, columns)."""
     area_m2: float
     """A: how much of the target is seen."""
     unoccluded_m2: float

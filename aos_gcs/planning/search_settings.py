@@ -28,9 +28,9 @@ class SearchMode(StrEnum):
     """Flight of the swarm along its legs while nothing is in view."""
 
     CONTINUOUS = "continuous"
-    """It flies on at the search speed and takes frames on the way."""
+    """Flight without stops: the swarm flies on at the search speed and takes frames on the way."""
     STOPS = "stops"
-    """It stops for each frame, as it always does where something is in view."""
+    """Stops for each frame, as the swarm always makes them where something is in view."""
 
 
 class LookOrder(StrEnum):

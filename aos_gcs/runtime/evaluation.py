@@ -40,7 +40,7 @@ class Score:
     claims: int
     """Claims that operators have not rejected."""
     false_claims: int
-    """Those of them that lie near no person."""
+    """Claims of these that lie near no person."""
     person_probability: float | None
     """Probability of the claim nearest to a person; None without a claim or temperatures."""
     target_error_m: float | None

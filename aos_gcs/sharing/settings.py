@@ -36,7 +36,7 @@ class TakSettings:
     certificate_file: str | None = None
     """Our certificate (PEM), where the server asks for one."""
     key_file: str | None = None
-    """Its private key (PEM, without a passphrase)."""
+    """Private key of our certificate (PEM, without a passphrase)."""
     server_name: str | None = None
     """Name in the server's certificate; by default the host of ``url``."""
     enrol_user: str | None = None

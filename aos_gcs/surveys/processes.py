@@ -36,7 +36,7 @@ class _Shared:
 
 
 _shared: list[_Shared] = []
-"""Those of this process, if it is one of the workers."""
+"""Shared data of this process, if it is one of the workers."""
 
 
 def integrate_in_processes(

@@ -49,7 +49,7 @@ class WorkerSettings:
     """A worker's name, limits and preparations."""
 
     name: str
-    """Its work, as operators read it: ``Image analysis``."""
+    """Work of the process, as operators read it: ``Image analysis``."""
     memory_bytes: int
     """Limit of the memory that it allocates; frames that it is handed do not count."""
     timeout_s: float

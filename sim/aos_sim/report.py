@@ -22,7 +22,7 @@ class SwarmReport:
     min_separation_m: float | None
     """Smallest true distance of any two vehicles so far; None with a single vehicle."""
     min_separation_pair: tuple[int, int] | None
-    """Their system ids."""
+    """System ids of these two vehicles."""
     landed: int
     """Vehicles on the ground and disarmed."""
     images: int
@@ -108,7 +108,7 @@ class AttachedCamerasReport:
     min_separation_m: float | None
     """Smallest true distance of any two vehicles so far, from poses that are told some ten times per second."""
     min_separation_pair: tuple[int, int] | None
-    """Their system ids."""
+    """System ids of these two vehicles."""
     images: int
     """Images delivered by all cameras."""
     cameras: tuple[AttachedCameraReport, ...]

@@ -1,4 +1,4 @@
-"""How fluid the map is: frames per second while it is dragged and zoomed over a large searched area.
+"""Fluidity of the map: frames per second while it is dragged and zoomed over a large searched area.
 
 Ten vehicles fly at 5 Hz over 81 ha that are shown as searched, with the ground's picture, behind the real server;
 Chromium shows the view Fly without a display and without a graphics card, so that the processor draws the map. What the

@@ -1,4 +1,4 @@
-"""How late the service's event loop runs while a large fleet is in preflight, and answers none of its questions.
+"""Lateness of the service's event loop while a large fleet is in preflight and answers none of its questions.
 
 The vehicles are a process of their own, each with a socket; they send telemetry and nothing else. One client looks on.
 

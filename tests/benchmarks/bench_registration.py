@@ -45,7 +45,7 @@ CONSOLE = Console()
 
 
 def places(rng: np.random.Generator) -> NDArray[np.float64]:
-    """Where the vehicles hover step by step about a target: first in a line, then gathered, shape (steps, n, 2)."""
+    """Places of hovering about a target, step by step: first in a line, then gathered, shape (steps, n, 2)."""
     place_m = np.column_stack((SPACING_M * (np.arange(VEHICLES) - (VEHICLES - 1) / 2), np.zeros(VEHICLES)))
     steps = []
     for step in range(STEPS):
@@ -107,7 +107,7 @@ def rms(values: NDArray[np.float64]) -> float:
 
 
 def misalignment_m(true: Sequence[Pose], believed: Sequence[Frame], point_enu_m: NDArray[np.float64]) -> float:
-    """How far frames lay a point on the ground from where they lay it on average, RMS per axis."""
+    """Distance of where frames lay a point on the ground from where they lay it on average, RMS per axis."""
     laid_m = [
         intersect_plane(project_points([point_enu_m], CAMERA, pose), CAMERA, frame.pose, 0.0)[0, :2]
         for pose, frame in zip(true, believed, strict=True)
@@ -150,7 +150,7 @@ def fly(trees_per_ha: int, seed: int) -> dict[tuple[str, int], list[float]]:
 
 
 def agreeing(frames: Sequence[Frame]) -> int:
-    """How many frames agree on one cell of the largest blob."""
+    """Number of frames that agree on one cell of the largest blob."""
     blob = analyse_step(frames, ImagingSettings()).blob
     return 0 if blob is None else blob.max_count
 

@@ -1,4 +1,4 @@
-"""How fast a replay jumps: to any time of a long mission, until the whole state for the clients is made.
+"""Time that a jump of a replay takes: to any time of a long mission, until the whole state for the clients is made.
 
 Usage: ``python tests/benchmarks/bench_replay.py [VEHICLES] [SECONDS]``, by default 20 vehicles for 600 s.
 """

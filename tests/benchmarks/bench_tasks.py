@@ -40,7 +40,7 @@ from tests.fakes.program import Program, running
 
 CHECKOUT = Path(sys.path[0]).resolve()
 IS_FIRST_EDITION = not (CHECKOUT / "web/src/views/prepare/choice.tsx").exists()
-"""Its page has neither vehicles to confirm, nor a way from the alert to the finding, nor another sortie in place."""
+"""Whether the page lacks vehicles to confirm, a way from the alert to the finding, and another sortie in place."""
 DEVICES = ("pointer", "keyboard")
 ARGUMENTS = ["--headless", "--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader"]
 VIEW_KEYS = {"prepare": "r", "fly": "f", "decide": "d"}

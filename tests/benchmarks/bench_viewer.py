@@ -1,4 +1,4 @@
-"""How live the See view's slider is: from its event to the new integral on the screen, and what that time is spent on.
+"""Delay of the See view's slider: from its event to the new integral on the screen, and what that is spent on.
 
 A recorded step of ten RGB+thermal frames of 512 x 512 behind the real server, the built page in Chromium without a
 display. Needs the built page and Chromium (AOS_GCS_CHROMIUM, or one on the PATH).

@@ -1,4 +1,4 @@
-"""Where places on the ground lie on the screen, as the map itself tells under the mouse, and what is drawn there."""
+"""Positions on the screen of places on the ground, as the map itself tells under the mouse, and what is drawn there."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ from tests.browser.test_browser_accessibility import AXE, CONTRAST, axe_issues
 pytestmark = pytest.mark.asyncio(loop_scope="session")
 
 VIEWS = ("fly", "plan", "decide")
-"""Those with a map."""
+"""Views with a map."""
 MOVING = """() => document.getAnimations({ subtree: true })
     .filter(one => one.playState === "running" && one.effect.getComputedTiming().duration > 1)
     .map(one => `${one.effect.target?.className} ${one.animationName ?? one.transitionProperty}`)"""

@@ -25,7 +25,7 @@ pytestmark = pytest.mark.asyncio(loop_scope="session")
 
 ORANGE = "#e67814"
 BACKGROUND = "#f3f5f2"
-"""Of the map in the light theme, where nothing lies on it."""
+"""Colour of the map in the light theme, where nothing lies on it."""
 PALETTE_FILE = Path(__file__).resolve().parents[2] / "web/src/map/palette.ts"
 ZOOM = 14
 
@@ -171,7 +171,7 @@ async def test_the_map_lies_on_vectors_at_their_true_places(
 async def test_contour_lines_and_shading_lie_where_the_ground_has_their_height(
     map_page: Page, tmp_path: Path, page_record: PageRecord
 ) -> None:
-    """Over a slope of 4 %, at whose foot in the south the origin lies 262 m above the sea: a line every 25 m."""
+    """Draws a line every 25 m over a slope of 4 %, at whose foot in the south the origin lies 262 m above the sea."""
     pytest.importorskip("rasterio")
     ground = terrain(write_relief(tmp_path / "slope.tif", lambda _, north: 0.04 * north, origin=ORIGIN))
     async with serving(partial(create_app, terrain=ground)) as service:

@@ -20,7 +20,7 @@ SMALLEST_TARGET_PX = 44
 SCREENS_PX = ((640, 400), (800, 1280), (1280, 800), (1920, 1080))
 PHONE_PX = (390, 844)
 LOWEST_WHOLE_PX = 800
-"""On lower screens the page may be scrolled."""
+"""Height below which the page may be scrolled."""
 
 # Names of panels that overlap where they are visible, and of those squeezed flat. A scroll container clips its panels.
 OVERLAPS = """() => {

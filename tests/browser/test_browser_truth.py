@@ -88,7 +88,7 @@ async def test_a_page_that_was_away_for_too_long_says_what_it_has_missed(page: P
 async def test_no_view_asks_for_what_the_service_does_not_have(
     page: Page, service: Service, page_record: PageRecord
 ) -> None:
-    """It has no viewer, no plan and no findings to change; Chromium would log every refused request."""
+    """The simulation has no viewer, no plan and no findings to change; Chromium would log every refused request."""
     await service.mission.act(Action.START, None)
     for _ in range(20):
         service.mission.make_step()

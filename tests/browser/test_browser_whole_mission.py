@@ -27,7 +27,7 @@ AREA_NORTH_M = (22.0, 22.0, 62.0, 62.0)
 REMARK = "lies still, in the open"
 NEAR_M = 2.0
 HOVERING_M = 1.0
-"""How far a vehicle that holds may drift."""
+"""Distance that a vehicle that holds may drift."""
 STILL_MS = 2000
 """Longer than vehicles hover at the waypoints of a mission that goes on."""
 

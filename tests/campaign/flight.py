@@ -21,7 +21,7 @@ from tests.campaign.station import Station
 from tests.campaign.world import World
 
 _MEMORY = Path("/dev/shm")  # noqa: S108 - the folder's name is random
-"""Where files do not wait for a disk."""
+"""Folder in which files do not wait for a disk."""
 PREFLIGHT_S = 60.0
 PATIENCE_S = 75.0
 """Time from the launch after which an operator ends the mission."""

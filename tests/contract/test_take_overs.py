@@ -198,7 +198,7 @@ async def test_a_goto_that_waits_is_given_up_when_a_failsafe_begins(implementati
 async def test_who_answers_another_station_is_taken_over_before_the_next_waypoint(
     implementation: str, autopilot: str
 ) -> None:
-    """In a sweep the next waypoint came half a second after another station had stopped the vehicle."""
+    """The next waypoint of a sweep came half a second after another station had stopped the vehicle."""
     async with open_driver(implementation, autopilot, vehicles=1) as bench:
         vehicle = await flown_by_us(bench)
         await bench.clock.sleep(3.0)

@@ -57,7 +57,7 @@ def pairs(*in_every_run: tuple[str, str], fake: bool = True) -> pytest.MarkDecor
 
 
 class Motion(Protocol):
-    """Where a vehicle truly is, and how fast."""
+    """True place and velocity of a vehicle."""
 
     @property
     def position_enu_m(self) -> tuple[float, float, float]: ...

@@ -87,7 +87,7 @@ class FakeVehicle:
     least_period_s: float = 0.0
     """Least time between two of those."""
     running: FakeInterval | None = None
-    """Its camera, while it does."""
+    """Interval in which the camera takes images by itself, while it does."""
     reported_north_m: float = 0.0
     reported_landed: LandedState | None = None
     """What it says about standing on the ground, where that is not the truth."""

@@ -1,4 +1,4 @@
-"""How a vehicle is set up with which nothing is wrong."""
+"""Settings of a vehicle with which nothing is wrong."""
 
 from __future__ import annotations
 

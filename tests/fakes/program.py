@@ -29,7 +29,7 @@ class Program:
     output_file: Path
     log_file: Path
     missions: Path
-    """Where it records."""
+    """Folder in which the program records."""
 
     @property
     def output(self) -> str:

@@ -32,7 +32,7 @@ class Tile:
 
     @property
     def number(self) -> int:
-        """Its place on the Hilbert curves of all zoom levels, as archives count."""
+        """Place of the tile on the Hilbert curves of all zoom levels, as archives count."""
         number, x, y = ((1 << 2 * self.zoom) - 1) // 3, self.column, self.row
         for level in reversed(range(self.zoom)):
             side = 1 << level

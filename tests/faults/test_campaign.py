@@ -344,7 +344,7 @@ def test_time_passes_only_by_waiting() -> None:
 
 
 def test_no_thread_is_waited_for_at_the_end() -> None:
-    """On a busy machine the thread that shut the executor down came too late: a mission broke off as a deadlock."""
+    """The thread that shut the executor down came too late on a busy machine: a mission broke off as a deadlock."""
 
     class Late(ThreadPoolExecutor):
         def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:

@@ -23,7 +23,7 @@ HOLDS = 3
 
 
 async def test_an_operator_holds_all_through_an_attack_on_the_dashboard(tmp_path: Path) -> None:
-    """How long it takes is said by ``bench_connections.py``; here every hold is answered, and carried out once."""
+    """Every hold is answered, and carried out once."""
     context = multiprocessing.get_context("spawn")
     async with station(tmp_path) as flight:
         await flight.mission.act(Action.START, None)

@@ -22,7 +22,7 @@ PLACES_M = {1: (12.0, 24.0), 2: (0.0, 30.0), 3: (-12.0, 38.0)}
 ONE_HEIGHT_M = 60.0
 LEVEL_M = {1: 0.0, 2: 0.0, 3: 0.0}
 HILLSIDE_M = {1: 9.0, 2: 6.0, 3: 3.0}
-"""How much lower their layers, which follow the ground, are where they search than above its highest place."""
+"""Height by which the layers, which follow the ground, are lower in the search area than above its highest place."""
 ALIKE = {
     "arducopter": {"FS_GCS_ENABLE": 1.0, "WPNAV_SPEED_UP": 300.0, "RTL_ALT": 100.0 * ONE_HEIGHT_M},
     "px4": {"NAV_DLL_ACT": 2.0, "RTL_RETURN_ALT": ONE_HEIGHT_M},

@@ -179,7 +179,7 @@ async def test_a_restarted_station_leads_the_vehicles_home_in_their_layers(
 
 
 async def test_after_a_freeze_of_the_loop_the_mission_ends_in_order(monkeypatch: pytest.MonkeyPatch) -> None:
-    """For the vehicles a frozen service is a silent one; for the service all that came meanwhile arrives at once."""
+    """A frozen service is a silent one for the vehicles; for the service all that came meanwhile arrives at once."""
     air = Air()
     async with flying_over(monkeypatch, air, parameters=FAILSAFE) as flight:
         await flight.until_step(2)

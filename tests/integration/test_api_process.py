@@ -41,7 +41,7 @@ async def notices(client: httpx.AsyncClient) -> list[str]:
 async def test_operators_command_a_flight_in_another_process_and_stay_signed_in_when_theirs_is_replaced(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """It is killed first, and its successor stopped."""
+    """The process is killed first, and its successor stopped."""
     async with station(tmp_path) as flight, operator(flight) as client:
         flight.mission.notify(Severity.CRITICAL, "Vehicle 3 sinks")
         started = await client.post("/api/mission/actions", json={"action": "start"})

@@ -291,7 +291,7 @@ def test_rtk_accuracies_are_reported(tmp_path: Path, capfd: pytest.CaptureFixtur
 def test_a_gimbal_that_does_not_follow_its_aircraft_is_reported(
     tmp_path: Path, beside_deg: float, is_remarked: bool
 ) -> None:
-    """On a real flight the gimbal's yaw was 12° off, and that of the aircraft was the direction of flight."""
+    """The gimbal's yaw was 12° off on a real flight, and that of the aircraft was the direction of flight."""
     photographs = Photographs(tmp_path)
     for name, tags in photographs.tags.items():
         image = np.asarray(cv2.imread(str(photographs.images / name), cv2.IMREAD_UNCHANGED), dtype=np.uint8)

@@ -19,7 +19,7 @@ SHARED = Path(__file__).resolve().parents[3] / "shared" / "data"
 SIZE, FOV_DEG, GROUND_Z = 320, 50.0, 18.0
 CAMERA = CameraModel.from_fov(SIZE, SIZE, math.radians(FOV_DEG))
 PERSONS = [(-2.0, 3.0, GROUND_Z), (4.0, -3.0, GROUND_Z)]
-"""In a world of x east, y south, z down, as that of the recorded flight."""
+"""Places in a world of x east, y south, z down, as that of the recorded flight."""
 OPTIONS = ("--plane-z", str(GROUND_Z), "--fov", str(FOV_DEG), "--window", "6", "--stride", "3")
 
 

@@ -70,7 +70,7 @@ async def test_a_vehicle_whose_motors_stop_leaves_the_swarm() -> None:
 
 
 async def test_vehicles_that_fall_silent_on_their_way_end_the_mission_as_lost() -> None:
-    """Their last word is a speed: nobody hovers, which must not count as cameras that deliver nothing."""
+    """The last word of the vehicles is a speed: none hovers, which must not count as cameras that deliver nothing."""
     flight = prepare()
     async with flying(flight) as run:
         await flight.until(lambda: len(flight.view.steps()) == 2)
@@ -140,7 +140,7 @@ async def test_a_vehicle_heard_again_rejoins_only_where_nothing_else_can_have_fl
 
 
 async def test_a_vehicle_heard_again_gets_nothing_before_its_mode_is_known() -> None:
-    """Its first packets after a loss may be positions: its mode is the one before, whatever has happened since."""
+    """The first packets after a loss may be positions: the mode is the one before, whatever has happened since."""
     flight = prepare(target=None, area_enu_m=LONG_AREA, camera_delay_s=1.0)
     vehicle = flight.fleet.members[2]
     async with flying(flight) as run:

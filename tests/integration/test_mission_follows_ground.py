@@ -94,7 +94,7 @@ async def test_a_mission_flies_over_a_ridge_above_the_floor_and_in_separate_laye
 
 
 async def test_a_sweep_flies_over_a_ridge_above_the_floor_and_in_separate_layers(tmp_path: Path) -> None:
-    """Its fronts lie far ahead, and are drawn back to where straight ways stay near the layers."""
+    """Fronts of a sweep lie far ahead, and are drawn back to where straight ways stay near the layers."""
     flight, found = over_relief(tmp_path, target=None, search=SearchSettings()), list[tuple[float, float]]()
     async with flying(flight) as run:
         watches = [asyncio.create_task(flight.watch_separation())]

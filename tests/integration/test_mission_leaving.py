@@ -274,7 +274,7 @@ async def test_a_vehicle_that_cannot_be_flown_home_in_time_is_handed_to_its_auto
 
 
 async def test_a_battery_that_empties_fast_brings_its_vehicle_home_in_time() -> None:
-    """At 0.2 % per second and some 40 m away, home is about 9 % away: below 29 % the vehicle leaves."""
+    """The way home takes about 9 % at 0.2 % per second and some 40 m away: below 29 % the vehicle leaves."""
     flight = prepare()
     vehicle: FakeVehicle = flight.fleet.members[2]
     vehicle.battery_fraction = 0.5

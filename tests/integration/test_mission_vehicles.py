@@ -1,4 +1,4 @@
-"""Which of the vehicles heard fly the mission, in virtual time: those chosen, and no other is ever armed."""
+"""Choice of the vehicles heard that fly the mission, in virtual time: those chosen, and no other is ever armed."""
 
 from __future__ import annotations
 

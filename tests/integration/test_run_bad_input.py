@@ -99,7 +99,7 @@ def refusal_of_file(tmp_path: Path, free_port: int, refusal):
 def test_options_of_the_demo(
     tmp_path: Path, refusal, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...], sentence: str
 ) -> None:
-    """They are refused at once: nothing is started for them."""
+    """Bad arguments are refused at once: nothing is started for them."""
     if arguments[0] != "--strategy":
         monkeypatch.delattr(demo, "open_demo")
     assert sentence in refusal("demo", "--headless", "--json", "--folder", str(tmp_path / "missions"), *arguments)

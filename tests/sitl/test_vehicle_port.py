@@ -46,7 +46,7 @@ BRAKING_M = 12.5
 """Distance before a waypoint at which the next one is sent: the stopping distance."""
 SPEEDING_UP_M = 15.0
 RETURN_HEIGHT_M = 18.0
-"""Within the fence, which the vehicle keeps from one test to the next."""
+"""Height within the fence, which the vehicle keeps from one test to the next."""
 
 
 async def until(clock: Clock, condition: Callable[[], bool], within_s: float) -> None:
@@ -67,7 +67,7 @@ class Bench:
     vehicle: Vehicle
     clock: Clock
     frame: LocalFrame
-    """About its home."""
+    """Local frame about the vehicle's home."""
 
     def after(self, duration_s: float) -> float:
         """Return the deadline so many seconds from now."""
@@ -133,7 +133,7 @@ async def test_a_flight_from_take_off_to_landing(driver: str, autopilot: str) ->
 
 @everywhere
 async def test_waypoints_that_move_on_are_flown_to_without_slowing_down(driver: str, autopilot: str) -> None:
-    """As on the legs of a continuous search: the next one comes long before it would brake for the last one."""
+    """The next waypoint, as on the legs of a continuous search, comes long before it would brake for the last one."""
     async with open_bench(driver, autopilot) as bench:
         vehicle, clock, frame, after = bench.vehicle, bench.clock, bench.frame, bench.after
         await vehicle.execute(Arm(), after(30.0))

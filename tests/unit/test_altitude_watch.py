@@ -1,4 +1,4 @@
-"""How far others keep clear of a vehicle whose height drifts."""
+"""Distance that others keep from a vehicle whose height drifts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which process holds a port, as the system tells."""
+"""Process that holds a port, as the system tells."""
 
 from __future__ import annotations
 

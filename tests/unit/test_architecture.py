@@ -18,7 +18,8 @@ FOR_ALL = {"aos_gcs.errors", "aos_gcs.extras", "aos_gcs.input_values"}
 MAX_LINES = 399
 
 BAD_BEGINNING = re.compile(
-    r"(Of|That|Whose|Who|How|Where|When|Which|As|At|By|In|To|From|On|With|Within|For|About|Above|Below|Over|Around)\b"
+    r"(Of|That|Whose|Who|How|Where|When|Which|As|At|By|In|To|From|On|With|Within|For|About|Above|Below|Over|Around|"
+    r"Those|Its|Their|They|It)\b"
 )
 
 
@@ -304,7 +305,7 @@ def test_files_are_short() -> None:
     assert too_long == {}, f"split files of more than {MAX_LINES} lines by purpose"
 
 
-def docstrings(nodes: list[ast.AST]) -> Iterator[tuple[int, str]]:
+def docstrings(nodes: Iterable[ast.AST]) -> Iterator[tuple[int, str]]:
     """Yield line and text of the docstrings of modules, classes, functions and attributes."""
     for node in nodes:
         for statement in getattr(node, "body", []) if not isinstance(node, ast.IfExp | ast.Lambda) else []:
@@ -318,6 +319,12 @@ def test_docstrings_begin_with_a_noun_or_verb() -> None:
         f"{PATHS[name].relative_to(ROOT)}:{line}: {text.splitlines()[0]}"
         for name, nodes in all_nodes().items()
         for line, text in docstrings(nodes)
+        if BAD_BEGINNING.match(text)
+    ]
+    wrong += [
+        f"{path.relative_to(ROOT)}:{line}: {text.splitlines()[0]}"
+        for path in sorted((ROOT / "tests").rglob("*.py"))
+        for line, text in docstrings(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
         if BAD_BEGINNING.match(text)
     ]
     assert wrong == []

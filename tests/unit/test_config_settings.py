@@ -1,4 +1,4 @@
-"""From a configuration file to the settings of a mission."""
+"""Settings of a mission from a configuration file."""
 
 from __future__ import annotations
 

@@ -156,7 +156,7 @@ def test_two_reports_of_another_target_are_a_take_over() -> None:
 
 
 def test_a_target_near_the_former_one_is_still_ours() -> None:
-    """At the confirmation the vehicle may still report its former target, 1.7 m from the new one."""
+    """The vehicle may still report at the confirmation its former target, 1.7 m from the new one."""
     control = watch("GUIDED")
     control.begin(GUIDED, HERE)
     control.confirm(GeodeticPosition(HERE.latitude_deg + 1.5e-5, 14.0, 330.0), 1.0, has_target=True)

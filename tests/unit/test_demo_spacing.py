@@ -1,4 +1,4 @@
-"""How far apart the demo's vehicles stand and fly."""
+"""Spacing of the demo's vehicles on the ground and in flight."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which file is the image of an exposure, and what a server's listing or a driver's option table says."""
+"""Files that are the image of an exposure, and what a server's listing or a driver's option table says."""
 
 from __future__ import annotations
 

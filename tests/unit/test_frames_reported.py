@@ -170,7 +170,7 @@ async def test_a_lost_report_is_asked_for_again(tmp_path: Path) -> None:
 
 
 async def test_the_second_image_of_a_repeated_command_serves_the_next_frame(tmp_path: Path) -> None:
-    """It was exposed after the telemetry that the next frame is asked for with."""
+    """The second image was exposed after the telemetry with which the next frame is asked for."""
     vehicle = ShutterVehicle(lambda shot: (tmp_path / f"{shot}.png").write_bytes(picture(shot)) and None)
     async with open_camera(vehicle, in_folder(tmp_path, file_name="{index}.png")) as network:
         await network.clock.sleep(0.3)

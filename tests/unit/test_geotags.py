@@ -215,7 +215,7 @@ def test_a_calibration_that_does_not_apply_is_left(xmp: dict[str, object], camer
 
 
 def test_the_time_of_exposure_may_be_told_to_the_microsecond() -> None:
-    """As a Mavic 3T does, whose EXIF has a time of an unknown zone."""
+    """A Mavic 3T tells it so; its EXIF has a time of an unknown zone."""
     tag = tag_of(xmp_packet(DJI | {"drone-dji:UTCAtExposure": "2022:07:23 07:12:22.872778"}))
     assert tag.utc_s == pytest.approx(1658560342.872778, abs=1e-6)
     assert tag_of(xmp_packet(DJI | {"drone-dji:UTCAtExposure": "soon"})).utc_s is None
@@ -322,7 +322,7 @@ def test_the_time_is_known_where_its_zone_is(
 
 
 def test_a_packet_of_the_zenmuse_xt_s_is_read() -> None:
-    """It declares a namespace twice, and its last instruction is cut off."""
+    """The packet declares a namespace twice, and its last instruction is cut off."""
     namespace = b'xmlns:drone-dji="http://www.dji.com/drone-dji/1.0/"'
     packet = xmp_packet(DJI).replace(namespace, namespace + b"\n" + namespace)
     assert parse_xmp(packet[:-1] + b"\0\0") == parse_xmp(xmp_packet(DJI))

@@ -150,7 +150,7 @@ def test_errors_are_found_below_a_canopy() -> None:
 
 
 def test_cameras_that_hang_askew_are_told_although_their_vehicles_turn_round() -> None:
-    """Their tilts turn with them: taken for tilts about fixed axes, those of both headings would cancel."""
+    """Tilts turn with the vehicles: taken for tilts about fixed axes, those of both headings would cancel."""
     rng = np.random.default_rng(8)
     world, askew = World(8), rng.normal(0.0, math.radians(1.5), (N, 2))
     registration = Registration(ErrorBudget(PoseSigmas(0.01, 0.01, math.radians(0.05), math.radians(1.5)), HARDLY))
@@ -251,7 +251,7 @@ def test_a_formation_that_keeps_its_shape_is_not_corrected(formation: Callable[[
 
 @pytest.mark.skipif(not RECORDED.is_dir(), reason="the recorded flight F0 is absent at ../shared/data/F0")
 def test_a_flight_with_good_poses_is_left_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Its frames have too few ties to learn from; made to learn from them nevertheless, nothing is sure or applied."""
+    """The frames have too few ties to learn from; made to learn from them nevertheless, nothing is sure or applied."""
     frames = recorded_frames()
     assert register(frames, Registration(), 18.0).steps == 0
     monkeypatch.setattr(registration_module, "MIN_TIES_PER_FRAME", 0.3)

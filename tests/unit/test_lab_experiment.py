@@ -74,7 +74,7 @@ def test_rows_become_a_table_of_the_schema() -> None:
 
 @pytest.mark.parametrize(("criterion", "leader"), [(LeaderCriterion.CONTRIBUTION, 3), (LeaderCriterion.INTEGRAL, 1)])
 def test_who_leads(criterion: LeaderCriterion, leader: int) -> None:
-    """By contribution whoever sees most; by the integral the lowest, whose pixels are finest."""
+    """The vehicle that sees most leads by contribution; by the integral the lowest one, whose pixels are finest."""
     scenario = Scenario(drones=3, leader_criterion=criterion)
     shares = {0.0: 0.2, 2.0: 0.3, 4.0: 0.8}
     sensor = GeometricSensor(FakeWorld(seen=lambda offset_m: shares[float(offset_m[0])]), scenario)

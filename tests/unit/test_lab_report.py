@@ -1,4 +1,4 @@
-"""From rows to the report: known numbers must come out, and incomplete campaigns must not mislead."""
+"""Reports made of rows: known numbers must come out, and incomplete campaigns must not mislead."""
 
 import csv
 from collections.abc import Iterator

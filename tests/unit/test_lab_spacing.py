@@ -1,4 +1,4 @@
-"""How far apart the laboratory's vehicles stand and fly, by the errors of their positions."""
+"""Spacing of the laboratory's vehicles on the ground and in flight, by the errors of their positions."""
 
 from __future__ import annotations
 

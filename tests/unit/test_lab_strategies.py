@@ -1,4 +1,4 @@
-"""How strategies are named in a list."""
+"""Names of strategies in a list."""
 
 import pytest
 

@@ -42,7 +42,7 @@ class PlannedFetcher(RecordedFetcher):
 
 
 class IntervalVehicle(CameraVehicle):
-    """Its camera takes images by itself, with the pace of its telemetry; messages of ``lost_indices`` are lost once."""
+    """Vehicle whose camera takes images by itself, at telemetry's pace; messages of ``lost_indices`` are lost once."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""When a camera takes images by itself, when it is asked for each, and who is blamed for too few."""
+"""Choice between a camera that takes images by itself and one that is asked for each, and causes named for too few."""
 
 from __future__ import annotations
 

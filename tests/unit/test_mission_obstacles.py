@@ -1,4 +1,4 @@
-"""Where others reckon with a vehicle that is not heard any more."""
+"""Places where others expect a vehicle that is not heard any more."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ async def test_others_fly_around_the_column_of_one_that_was_lost_in_motion() -> 
 async def test_its_way_home_from_its_waypoint_is_kept_free_as_that_from_where_it_was_heard(
     task: Task, verdict: WaypointVerdict
 ) -> None:
-    """Its failsafe acts seconds after it was heard last: in a sweep, it has flown most of the way by then."""
+    """The failsafe acts seconds after the vehicle was heard last: in a sweep, it has flown most of the way by then."""
     control, _ = lost_on_its_way(east_m=60.0, home_east_m=30.0, task=task)
     await asyncio.sleep(60.0)
     assert sent_to(control, 11.0, 20.0)[0] is verdict, "0.7 m beside the line from its waypoint to its launch point"

@@ -1,4 +1,4 @@
-"""Who looks closely and who scans on, what stops those who scan, and what is flown again after the look."""
+"""Vehicles that look closely and the group that scans on, what stops that group, and what is flown again afterwards."""
 
 from __future__ import annotations
 

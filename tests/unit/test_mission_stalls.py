@@ -1,4 +1,4 @@
-"""When a scan counts as stuck, and where its line goes on."""
+"""Scans that count as stuck, and where their line goes on."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""From sightings to tracks, and to the decision that a target is found."""
+"""Tracks made of sightings, and the decision that a target is found."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ SETTINGS = MissionSettings(vehicles=5, area_enu_m=SQUARE, imaging=ImagingSetting
 FOREST = ForestSettings(canopy_height_m=25.0, crown_base_m=5.0)
 WIDE = ((-70.0, -20.0), (70.0, -20.0), (70.0, 120.0), (-70.0, 120.0))
 WALL = ((-80.0, -10.0), (80.0, -10.0), (80.0, -5.0), (-80.0, -5.0))
-"""From one side of the wide fence to the other, south of the square."""
+"""Zone from one side of the wide fence to the other, south of the square."""
 WALLED = {"no_go_enu_m": (WALL,), "fence_enu_m": WIDE, "fence_margin_m": 0.0}
 
 

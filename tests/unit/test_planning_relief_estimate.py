@@ -39,7 +39,7 @@ def test_level_ground_changes_nothing(tmp_path: Path) -> None:
 
 
 def test_high_ground_leaves_gaps_between_the_legs(tmp_path: Path) -> None:
-    """Over a plateau 40 m high the legs' views are a third as wide as those that they were planned for."""
+    """Views of legs over a plateau 40 m high are a third as wide as planned."""
 
     def plateau(_: np.ndarray, north: np.ndarray) -> np.ndarray:
         return np.where(north > 50.0, 40.0, 0.0)

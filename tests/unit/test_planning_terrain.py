@@ -79,7 +79,7 @@ def test_the_floor_above_ground_can_be_set(checked: Checked) -> None:
 
 
 def test_the_floor_above_ground_keeps_clear_of_a_known_canopy(checked: Checked) -> None:
-    """It is never above that on level ground."""
+    """The floor is never above that on level ground."""
     forests = {canopy_m: ForestSettings(canopy_height_m=canopy_m, crown_base_m=5.0) for canopy_m in (14.0, 15.0, 33.0)}
     assert checked(hill(20.0, 60.0, 16.0), replace(PLAN, forest=forests[14.0])) == []
     for canopy_m, floor_m in ((15.0, 20), (33.0, 30)):

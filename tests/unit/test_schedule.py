@@ -1,4 +1,4 @@
-"""Which tests one worker runs one after another, and which units run beside each other."""
+"""Tests that one worker runs one after another, and units that run beside each other."""
 
 import pytest
 

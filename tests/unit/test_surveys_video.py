@@ -137,7 +137,7 @@ def test_positions_that_no_aircraft_reaches_are_left_out(wrong: Sequence[int]) -
 
 
 def test_positions_that_come_once_a_second_are_no_jumps() -> None:
-    """At 25 m/s, with cues of every frame that repeat them, and a gap of ten seconds."""
+    """Flight at 25 m/s, with cues of every frame that repeat the positions, and a gap of ten seconds."""
     metre_deg = 1.0 / 76_000.0
     seconds = [*range(20), *range(30, 50)]
     samples = [sample(s + i / 30, 25.0 * s * metre_deg) for s in seconds for i in range(30)]

@@ -59,7 +59,7 @@ class TestRaster:
 
     @pytest.mark.parametrize("resolution_m", [0.05, 0.1, 0.25])
     def test_a_square_keeps_its_place_at_any_resolution(self, resolution_m: float) -> None:
-        """It reaches 0.5 m east and north from the middle."""
+        """The square reaches 0.5 m east and north from the middle."""
         cells = round(2.0 / resolution_m)
         marked = np.zeros((1, cells, cells), dtype=np.bool_)
         marked[0, cells // 4 : cells // 2, cells // 2 : 3 * cells // 4] = True

@@ -1,4 +1,4 @@
-"""How parameters of strategies are declared."""
+"""Declarations of the parameters of strategies."""
 
 from __future__ import annotations
 

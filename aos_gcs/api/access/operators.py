@@ -74,7 +74,7 @@ _UNNAMED_OPERATOR: Final = Session(Role.OPERATOR, "")
 
 
 class Access:
-    """Those who are signed in.
+    """Operators who are signed in.
 
     Args:
         operator_code: code for signing in; None: no sign-in, every client is an operator.

@@ -25,7 +25,7 @@ class Body:
     evidence: Evidence
     place: Geolocation
     points_enu_m: NDArray[np.float64]
-    """Its warm pixels on the focal plane, shape (k, 2)."""
+    """Warm pixels of the body on the focal plane, shape (k, 2)."""
     views: tuple[WarmView, ...]
     """Parts of the views that show it."""
 

@@ -43,7 +43,7 @@ class Evidence:
     is_smeared: bool = False
     """Whether its contrasts are those that cameras see in flight: at most what they are."""
     form: Form | None = None
-    """Its size and pattern of warmth; None where too few frames show enough of it."""
+    """Size and pattern of warmth of the body; None where too few frames show enough of it."""
 
 
 NO_TEMPERATURES = Evidence(0, 0, 0.0, 0.0, 0.0, 0.0, radiometric=False)

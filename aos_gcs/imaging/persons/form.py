@@ -75,7 +75,7 @@ class Form:
     heights_m2: float
     """Variance of the heights of what is seen; below zero by chance where it is flat."""
     heights_sigma_m2: float
-    """Its standard deviation."""
+    """Standard deviation of that variance."""
     spread_k: float
     """Contrast of the warmest hundredth above the middle: skin, or an animal's head and legs."""
     hot_share: float

@@ -49,7 +49,7 @@ class WarmView:
 
     vehicle_id: int
     points_enu_m: NDArray[np.float64]
-    """Their points on the focal plane, shape (k, 2)."""
+    """Points of the pixels on the focal plane, shape (k, 2)."""
     contrast_k: NDArray[np.float64]
     """Contrast above the frame's median, shape (k,); without temperatures see ``radiometric``."""
     pixel_area_m2: float

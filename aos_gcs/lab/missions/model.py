@@ -121,7 +121,7 @@ class MissionResult:
     claims: int
     """Findings that were announced as possible persons."""
     true_claims: int
-    """Those of them that lie within 3 m of a person."""
+    """Claims that lie within 3 m of a person."""
     persons_found: int
     """Persons with such a claim."""
     errors_m: tuple[float, ...]

@@ -91,7 +91,7 @@ class WindowResult:
     persons: int
     """Persons that enough of its frames hold, see :data:`~aos_gcs.surveys.significance.MIN_VIEWS`."""
     detected: int
-    """Those of them near which the detector has an anomaly."""
+    """Persons of these near whom the detector has an anomaly."""
     anomalies: int
     false_anomalies: int
     """Anomalies that are at no person."""

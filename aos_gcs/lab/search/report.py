@@ -76,11 +76,11 @@ class SearchFigures:
     rendered: int
     """Searches of which the frames were rendered."""
     rendered_noticed: int
-    """Those in which rendered frames notice the person."""
+    """Searches in which rendered frames notice the person."""
     rays_noticed: int
-    """Those in which rays do."""
+    """Searches in which rays notice the person."""
     agreed: int
-    """Those in which both say the same."""
+    """Searches in which frames and rays agree."""
 
 
 def summarise(results: Sequence[SearchResult]) -> SearchFigures:

@@ -29,7 +29,7 @@ class Moving:
     """Vehicles that fly on together, horizontally."""
 
     place_m: NDArray[np.float64]
-    """Their middle, shape (2,)."""
+    """Middle of the vehicles, shape (2,)."""
     velocity_mps: NDArray[np.float64]
     """Shape (2,)."""
     end_m: NDArray[np.float64]

@@ -108,7 +108,7 @@ class DecisionRecord:
     edits_before_analysis: tuple[Finding, ...] = ()
     """Findings as operators have changed them since the step before, in order."""
     edits: tuple[Finding, ...] = ()
-    """Those changed while the frames were analysed."""
+    """Findings that operators have changed while the frames were analysed."""
     may_sweep: bool = False
     """Whether the swarm may fly along the leg without stops."""
     speeds_mps: Mapping[int, float] = field(default_factory=dict)

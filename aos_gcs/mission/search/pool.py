@@ -39,7 +39,7 @@ class Pool:
 
     @cached_property
     def form(self) -> Form | None:
-        """Its form by all looks; None where too few frames show enough of it."""
+        """Form of the body by all looks; None where too few frames show enough of it."""
         return self.form_sums.form()
 
     @cached_property
@@ -83,7 +83,7 @@ class Pools:
         self._stays: dict[int, bool] = {}
         """Whether the body of each track more likely stays than walks."""
         self._former: list[Pool] = []
-        """Those whose tracks have ended, the latest last."""
+        """Pools whose tracks have ended, the latest last."""
 
     def get(self, track_id: int) -> Pool | None:
         """Return the pool of a track; None if nothing was seen of it yet."""

@@ -34,7 +34,7 @@ class HookEvent(StrEnum):
     FINDING_CONFIRMED = "finding.confirmed"
     FINDING_REJECTED = "finding.rejected"
     FINDING_MERGED = "finding.merged"
-    """It has turned out to be another finding, ``same_as``."""
+    """Finding that has turned out to be another one, ``same_as``."""
     ALERT = "alert"
 
 

@@ -15,7 +15,7 @@ class Sender:
     """Somebody at the other end of a link."""
 
     link: int
-    """Its number."""
+    """Number of the link."""
     address: Address
 
     def __str__(self) -> str:

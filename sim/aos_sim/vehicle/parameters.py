@@ -36,7 +36,7 @@ class ParameterEncoding(Enum):
     CAST = "cast"
     """The float of the same value (ArduPilot)."""
     BYTEWISE = "bytewise"
-    """Its bytes, put where the float's would be (PX4)."""
+    """Bytes of the integer, put where the float's would be (PX4)."""
 
     def encode(self, value: float, kind: ParameterType) -> float:
         """Return what to put into the float field."""

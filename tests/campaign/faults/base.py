@@ -33,7 +33,7 @@ class Fault(ABC):
     """Something that happens in a mission, ``at_s`` seconds after its launch."""
 
     WEIGHT: ClassVar[float] = 1.0
-    """How often it is drawn, relative to the others."""
+    """Frequency with which the fault is drawn, relative to the others."""
 
     at_s: float
 

@@ -54,7 +54,7 @@ class ArduCopter:
     binary: Path
     name: str = "arducopter"
     station_link: str = "udpin://127.0.0.1:14560"
-    """Where all instances send to."""
+    """Address to which all instances send."""
     api_port: int = 8098
     layer_spacing_m: float = 3.5
 

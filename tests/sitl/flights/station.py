@@ -49,7 +49,7 @@ folder = "missions"
 
 @dataclass(frozen=True)
 class Setting:
-    """Where a flight searches, and what its cameras see there."""
+    """Search area of a flight, and what its cameras see there."""
 
     area_enu_m: tuple[tuple[float, float], ...] = ((-10.0, 30.0), (10.0, 30.0), (10.0, 75.0), (-10.0, 75.0))
     world: tuple[str, ...] = ()

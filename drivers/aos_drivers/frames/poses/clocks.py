@@ -53,7 +53,7 @@ class LeastDelay:
 
     @property
     def offset_s(self) -> float | None:
-        """Their clock minus ours, less the least delay; None before a message was heard."""
+        """Other clock minus ours, less the least delay; None before a message was heard."""
         return self._best[0][1] if self._best else None
 
     def hear(self, theirs_s: float, ours_s: float) -> None:
