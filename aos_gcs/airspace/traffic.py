@@ -49,7 +49,7 @@ class WaypointRequest:
     """Waypoint that it flies to now, shape (3,): the segment to it is occupied until the vehicle is sent elsewhere. One
     that is held flies on there."""
     stop_enu_m: FloatArray | None = None
-    """Place where it would come to a stop if it were told to now, shape (3,): occupied whatever it is told."""
+    """Place where it would come to rest if it were commanded to stop now, shape (3,): occupied whatever follows."""
 
     def segments(self) -> FloatArray:
         """Return the segments on which the vehicle may be while it is not sent elsewhere, shape (3, 2, 3)."""

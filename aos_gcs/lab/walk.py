@@ -16,7 +16,7 @@ _REACH_M = 5.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Route:
-    """A way along straight lines at constant speed; who has arrived stays."""
+    """A way along straight lines at constant speed; a target that has arrived stays."""
 
     corners_enu_m: NDArray[np.float64]
     """Shape (k, 2), one at least."""

@@ -36,7 +36,7 @@ _PLANNED = (Task.SWARM, Task.JOINING, Task.HELD, Task.LOST)
 
 
 class Relay:
-    """Decides who is relieved when, and by whom.
+    """Decides which vehicle is relieved when, and by which one.
 
     Args:
         context: context of the flight.
@@ -66,7 +66,7 @@ class Relay:
         self.trusts_names = True
         """Whether vehicles that the plan names count as confirmed until they have flown; not after a restart."""
 
-    # --- who may take off ---------------------------------------------------------------------------------------------
+    # --- which ones may take off --------------------------------------------------------------------------------------
 
     @property
     def is_on(self) -> bool:
@@ -133,7 +133,7 @@ class Relay:
                 text = "has another battery, and is ready to relieve others (simulated)"
                 self._context.journal.notice(Severity.INFO, text, member.vehicle_id)
 
-    # --- who is relieved when -----------------------------------------------------------------------------------------
+    # --- which one is relieved when -----------------------------------------------------------------------------------
 
     async def look(self, may_relieve: Callable[[], bool]) -> None:
         """Plan the reliefs, and begin one that is due.

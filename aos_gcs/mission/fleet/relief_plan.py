@@ -11,9 +11,9 @@ def relief_times_s(
 ) -> dict[int, float]:
     """Return the latest time from now at which each vehicle has to be relieved, by id, the earliest first.
 
-    Batteries that were full together are empty together. Each replacement relieves one vehicle after another: who was
-    relieved needs the turnaround before it can relieve the next, so that the first ones leave long before they have to.
-    A time in the past means at once. Without replacements each leaves when its battery says so.
+    Batteries that were full together are empty together. Each replacement relieves one vehicle after another: one
+    that was relieved needs the turnaround before it can relieve the next, so that the first ones leave long before they
+    have to. A time in the past means at once. Without replacements each leaves when its battery says so.
 
     Args:
         lasts_s: time for which each vehicle's battery lasts in the line, by id.

@@ -30,7 +30,7 @@ class Turn:
     reached_s: float | None = None
     """Time since which the vehicle has been seen to head there."""
     is_refused: bool = False
-    """Whether the vehicle had not turned when it was last asked to; until it has, nobody waits for it."""
+    """Whether the vehicle had not turned when it was last asked to; until it has, no vehicle waits for it."""
 
     def order(self, heading_rad: float | None, present_rad: float | None, now_s: float) -> None:
         """Note a heading that the vehicle is told.

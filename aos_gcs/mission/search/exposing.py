@@ -1,6 +1,6 @@
 """Frames that vehicles expose in flight: each camera at its own pace, and rounds of what has come.
 
-Nobody waits for anybody: a frame that comes late is part of a later round, with the pose of its own exposure.
+No camera waits for another: a frame that comes late is part of a later round, with the pose of its own exposure.
 """
 
 from __future__ import annotations

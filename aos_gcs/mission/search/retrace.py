@@ -71,7 +71,7 @@ class Retrace:
         self._history: tuple[KeptView, ...] = ()
         self._persons = PersonWatch()
         self._split: Split | None = None
-        """Split of the latest step of those who scan on."""
+        """Split of the latest step of the scanning group."""
         self._scan_persons = PersonWatch()
         """Watch of their frames."""
         self._frames: list[Frame] = []
@@ -176,7 +176,7 @@ class Retrace:
         return replace(record, following=following, targets=targets)
 
     def _watch_scan(self, frames: Sequence[Frame], analysis: StepAnalysis) -> None:
-        """Take in what the frames of those who scan on show of warm bodies; their tracks are those of the look."""
+        """Take in what the frames of the scanning group show of warm bodies; their tracks are those of the look."""
         usable = [frame for frame in frames if frame.vehicle_id in analysis.vehicle_ids]
         self._scan_persons, _ = watch_persons(
             self._scan_persons,

@@ -93,7 +93,7 @@ class Search:
         return self.sweeping.is_under_way or self._splitting.is_under_way
 
     async def rest(self) -> None:
-        """Have vehicles that scan on hover: the mission is paused, and nobody leads them."""
+        """Have vehicles that scan on hover: the mission is paused, and nothing leads them."""
         await self._splitting.stop()
 
     def time_left_s(self) -> float | None:

@@ -1,4 +1,4 @@
-"""A split swarm: who looks closely, what the others do on the leg meanwhile, and where the line forms afterwards."""
+"""A split swarm: which vehicles look closely, what the others do meanwhile, and where the line forms afterwards."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.ports import Severity
 
 WIDEST_SHARE = 0.9
-"""Greatest distance of neighbours in the line of those who scan on, over the footprint of the lowest layer."""
+"""Greatest distance of neighbours in the line of the scanning group, over the footprint of the lowest layer."""
 
 Place = tuple[float, float]
 """East and north."""
@@ -60,25 +60,25 @@ class Split:
         self._threshold_m2 = threshold_m2
         self._journal = journal
         self.passed_enu_m: tuple[Place, ...] = ()
-        """Places that do not stop those who scan: settled ones, and what is looked at."""
+        """Places that do not stop the scanning group: settled ones, and what is looked at."""
         self._others_enu_m: tuple[Place, ...] = ()
-        """What else is in view of those who look."""
+        """What else is in view of the vehicles that look closely."""
         self.is_over = False
         """Whether the others scan no more."""
         self.is_at_end = False
         """Whether they have scanned the leg to its end."""
         self.is_catching_up = False
-        """Whether the look is over, and those who looked fly after the others, who scan on until then."""
+        """Whether the look is over, and its vehicles fly after the others, which scan on until then."""
 
     def looking(self, situation: Situation) -> Situation:
-        """Return a situation with those who look closely as its swarm."""
+        """Return a situation with the vehicles that look closely as its swarm."""
         return replace(situation, swarm=tuple(one for one in situation.swarm if one.vehicle_id in self.look_ids))
 
     def look_on(self, *, is_last: bool) -> None:
         """Note that another person was announced in the step that seemed to end the look.
 
         Args:
-            is_last: whether the search ends with this person, so that nobody scans on.
+            is_last: whether the search ends with this person, so that no vehicle scans on.
         """
         self.is_catching_up = False
         self.is_over |= is_last
@@ -101,17 +101,17 @@ class Split:
         self._others_enu_m = tuple(place for place in self._in_view(analysis) if not _is_at(place, looked_at_enu_m))
 
     def leaves_something(self, settled_enu_m: Sequence[Place]) -> bool:
-        """Return whether those who look see something that is not settled."""
+        """Return whether the vehicles that look closely see something that is not settled."""
         return any(not _is_at(place, settled_enu_m) for place in self._others_enu_m)
 
     def scan_on(
         self, progress: ScanProgress, situation: Situation, analysis: StepAnalysis, vet: Vet
     ) -> tuple[WaypointRecord, ...]:
-        """Return the waypoints, with their speeds, of those who scan; none where they are to stop and wait.
+        """Return the waypoints, with their speeds, of the scanning group; none where it is to stop and wait.
 
         Args:
             progress: legs of the scan, and the place reached; moved on.
-            situation: state of the flight, with those who scan as its swarm.
+            situation: state of the flight, with the scanning group as its swarm.
             analysis: analysis of their frames.
             vet: checks places in this situation.
         """
@@ -159,7 +159,7 @@ def begin_split(
 ) -> Split | None:
     """Return the split with which a close look begins; None where all vehicles look.
 
-    Those who look are the ones nearest to the target, the leader among them; of equally near ones the lower ids.
+    The vehicles nearest to the target look closely, the leader among them; of equally near ones the lower ids.
 
     Args:
         settings: settings of the mission.
@@ -168,7 +168,7 @@ def begin_split(
         leader_id: vehicle that sees most of it.
         line_m: distance of neighbours in the line of all.
         progress: the leg, and the place reached.
-        journal: told why nobody scans on, and why those who do stop.
+        journal: told why no vehicle scans on, and why the scanning group stops.
     """
     fewest, looking, swarm = settings.search.fewest_to_split, settings.search.look_vehicles, situation.swarm
     if fewest is None or len(swarm) < fewest or target_enu_m is None:
@@ -210,10 +210,10 @@ def places_of_both(
     """Return the places with which a split begins, shape (n, 2): those of the look, and the line of the others.
 
     Args:
-        split: who looks.
+        split: vehicles that look closely.
         progress: the leg, and the place reached.
         situation: state of the flight; its swarm gives the order of the rows.
-        looking_enu_m: places of those who look, in that order, shape (k, 2).
+        looking_enu_m: places of the vehicles that look closely, in that order, shape (k, 2).
     """
     looks = np.array([one.vehicle_id in split.look_ids for one in situation.swarm])
     here_enu_m = situation.positions_enu_m[:, :2]

@@ -1,7 +1,7 @@
 """Conduct of a split swarm: some vehicles look closely, step by step, while the others scan on in flight.
 
-Both go on side by side; whoever has the turn of :class:`~aos_gcs.mission.search.step_work.StepWork` numbers a step,
-decides and sends.
+Both go on side by side; the group that has the turn of :class:`~aos_gcs.mission.search.step_work.StepWork` numbers a
+step, decides and sends.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from aos_gcs.ports import Goto, Severity
 NEAR_M = 10.0
 """Distance behind the line of the others from which both form one."""
 _AIM_S = 1.0
-"""Time after which those who fly after it are aimed anew."""
+"""Time after which the vehicles that fly after it are aimed anew."""
 _SHARE = 0.8
 """Share of the cruise speed that this counts with: accelerating takes its time."""
 _POLL_S = 0.2
@@ -73,9 +73,9 @@ class Splitting:
         """Split whose groups were led last."""
         self._scan_vision = vision
         self._is_formed = False
-        """Whether those who scan have formed their line."""
+        """Whether the scanning group has formed its line."""
         self._waits = False
-        """Whether they wait for the others."""
+        """Whether the scanning group waits for the others."""
         self.is_under_way = False
         """Whether vehicles may still fly to waypoints far along the leg."""
 
@@ -87,7 +87,7 @@ class Splitting:
     async def make_steps(self, phase: Phase) -> Phase:
         """Make the steps of both groups as long as the look is in a phase, and return the one that follows.
 
-        Where the split does not go on, or the look is blind, those who scan hover.
+        Where the split does not go on, or the look is blind, the scanning group hovers.
 
         Raises:
             MissionFailedError: the look was blind too often.
@@ -110,13 +110,13 @@ class Splitting:
                 await self._catch_up(looks)
             sign_of_life(WORK_S)
             async with self._work.turn:
-                # Nobody is in the middle of a decision.
+                # No group is in the middle of a decision.
                 scan.cancel()
             watch.cancel()
             flight.give_way()
             looks.give_way()
         if following is Phase.LINE and progress.is_over:
-            # Those who scan have reached the end of the last leg after the look.
+            # The scanning group has reached the end of the last leg after the look.
             following = Phase.RETURN
         if following is phase or following not in _GOES_ON or self._sweeping.is_paused:
             stops = await self.stop()
@@ -126,7 +126,7 @@ class Splitting:
         return self._work.count_blind_step(phase, blind[0]) if blind else following
 
     async def _look(self, phase: Phase, looks: SweepCommands, blind: list[Sample]) -> Worked | None:
-        """Decide a step of those who look; where its frames lead to no decision, they are added to those in vain."""
+        """Decide a step of the close look; where its frames lead to no decision, they are added to those in vain."""
         work, members = self._work, self._members(Group.LOOK)
         count, scanning = len(members), len(self._members(Group.SCAN))
         do = "wait" if self._waits else "scan on"
@@ -146,7 +146,7 @@ class Splitting:
         return worked
 
     async def _catch_up(self, looks: SweepCommands) -> None:
-        """Have those who have looked fly after the line of the others, which sweeps on, until it forms with them."""
+        """Have the vehicles that looked closely fly after the others, which sweep on, until all form one line."""
         clock, split, leg = self._context.clock, self._decider.split, self._decider.progress.present_leg
         until_s, aim_at_s = clock.now_s() + self._context.settings.deadlines.transfer_s, clock.now_s()
         while split is not None and split.is_catching_up and not self._waits and not self._sweeping.is_paused:
@@ -162,7 +162,7 @@ class Splitting:
             await clock.sleep(_POLL_S)
 
     def _fly_after(self, looks: SweepCommands, behind_m: float, leg: ScanLeg) -> None:
-        """Send those who have looked to where they meet the line of the others on a leg, so far ahead of them now."""
+        """Send the vehicles that looked closely to meet the line of the others on a leg, so far ahead of them now."""
         context = self._context
         members, settings = self._members(Group.LOOK), context.settings.flight
         faster_mps = max(_SHARE * settings.cruise_speed_mps - settings.leg_speed_mps, 1.0)
@@ -176,14 +176,14 @@ class Splitting:
         looks.send_all(context.flight.vet(planned_enu_m))
 
     def _along_m(self, group: Group, leg: ScanLeg) -> float:
-        """Return how far along a leg a group is; NaN where nobody is left of it."""
+        """Return how far along a leg a group is; NaN where no vehicle is left of it."""
         if not (members := self._members(group)):
             return math.nan
         offsets_m = self._context.roster.positions_enu_m(members)[:, :2] - np.array(leg.start_enu_m)
         return float((offsets_m @ np.array(leg.direction_enu)).mean())
 
     async def _scan(self, flight: SweepCommands, exposures: Exposures) -> None:
-        """Make the steps of those who scan, from where they have formed their line, until something has them wait."""
+        """Make the steps of the scanning group, from where its line has formed, until something has it wait."""
         if not self._is_formed:
             await self._context.flight.wait_until(
                 lambda: [one for one in self._members(Group.SCAN) if isinstance(one.last_command, Goto)],
@@ -198,7 +198,7 @@ class Splitting:
         await self.stop()
 
     async def _scan_once(self, flight: SweepCommands, exposures: Exposures) -> bool:
-        """Make a step of those who scan; return whether they fly on."""
+        """Make a step of the scanning group; return whether it flies on."""
         work, members = self._work, self._members(Group.SCAN)
         if len(members) < MIN_SWARM:
             return False
@@ -230,7 +230,7 @@ class Splitting:
         return worked.decision.is_sweep and judged is not None
 
     async def stop(self) -> tuple[WaypointRecord, ...]:
-        """Have those who scan hover where they come to a stop, and return where; who must not be sent there holds."""
+        """Have the scanning group hover where it stops, and return where; vehicles that must not be sent there hold."""
         if not self.is_under_way:
             return ()
         stops = places_to_stop(self._context, self._members(Group.SCAN))

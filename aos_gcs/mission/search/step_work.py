@@ -74,7 +74,7 @@ class Worked:
 class StepWork:
     """Works on the frames of one step after another.
 
-    Groups of a split swarm take turns: whoever has :attr:`turn` numbers a step, sees, decides, records and sends.
+    Groups of a split swarm take turns: the one that has :attr:`turn` numbers a step, sees, decides, records and sends.
 
     Args:
         context: context of the flight.
@@ -158,8 +158,8 @@ class StepWork:
             may_sweep: whether the vehicles may fly along the leg without stops.
             sweep: the sweep in which they were taken; None: at rest.
             group: group whose step it is, in a split swarm.
-            vision: sees the frames of those who scan on; None: that of the search.
-            send: begins to send the waypoints of those who look, for whose confirmation the others do not wait.
+            vision: sees the frames of the scanning group; None: that of the search.
+            send: begins to send the waypoints of the close look, for whose confirmation the others do not wait.
         """
         context, received_at_s = self._context, time.perf_counter()
         vision, self._problem = self._vision if vision is None else vision, (_NO_FRAME, "")
@@ -210,7 +210,7 @@ class StepWork:
     async def conclude(self, worked: Worked) -> Phase:
         """Conclude a step while its vehicles fly, wait for their arrival unless they sweep, return the next phase.
 
-        In a split swarm those who look wait for each other only.
+        Vehicles of a split swarm that look closely wait for each other only.
         """
         decision, split = worked.decision, self._decider.split
         awaited = [one for one in decision.waypoints if split is None or one.vehicle_id in split.look_ids]

@@ -1,4 +1,4 @@
-"""Whether enough vehicles are left for the search: whom it waits for, and how it ends with too few."""
+"""Whether enough vehicles are left for the search: which ones it waits for, and how it ends with too few."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class SwarmStrength:
         return swarm
 
     def _awaited(self, swarm: list[Member], waited_s: float) -> str | None:
-        """Return for whom a swarm that is too small waits, in words; None if for nobody any more."""
+        """Return which vehicles a swarm that is too small waits for, in words; None if for none any more."""
         roster, settings = self._context.roster, self._context.settings
         lost = roster.members(Task.LOST)
         if lost and (not swarm or waited_s <= settings.deadlines.all_lost_s):

@@ -1,7 +1,7 @@
 """A sweep: the flight along a leg without stops, how far its waypoints lie ahead, and how its line stays together.
 
-Waypoints lie on one front across the leg, as far ahead as all paths to it are free; it moves on long before anybody
-brakes for it. Where none is far enough, nobody sweeps: the search stops for each frame there, as it can around zones.
+Waypoints lie on one front across the leg, as far ahead as all paths to it are free; it moves on long before any vehicle
+brakes for it. Where none is far enough, no vehicle sweeps: the search stops for each frame, as it can around zones.
 """
 
 from __future__ import annotations
@@ -174,7 +174,7 @@ class Sweep:
         return now_s - self._gained_at_s > STUCK_S
 
     def _keep_together(self, along_m: Mapping[int, float]) -> None:
-        """Slow down who is ahead of the last vehicle, and leave behind who is far behind the others."""
+        """Slow down vehicles ahead of the last one, and leave behind those that are far behind the others."""
         middle_m = float(np.median(list(along_m.values())))
         for vehicle_id, place_m in along_m.items():
             behind_m = middle_m - place_m

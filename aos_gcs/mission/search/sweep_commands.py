@@ -1,4 +1,4 @@
-"""Commands of a line that flies on: what each vehicle is told, where they stop, and who watches their age."""
+"""Commands of a line that flies on: what each vehicle is sent, where they stop, and the watch of their age."""
 
 from __future__ import annotations
 

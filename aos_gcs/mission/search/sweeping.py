@@ -64,7 +64,7 @@ class Sweeping:
         return following
 
     async def stop(self) -> None:
-        """Have the vehicles hover where they come to a stop, if they sweep; who must not be sent there holds."""
+        """Have the vehicles hover where they come to a stop, if they sweep; one that must not be sent there holds."""
         if not self.is_under_way:
             return
         self.is_under_way = False
