@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 CONFIDENCE: Final = 2.0
-"""Factor between an accuracy, which is a standard deviation, and the error that is reckoned with."""
+"""Factor between an accuracy, which is a standard deviation, and the error that is taken into account."""
 _OVERSHOOT_M = 0.1
 """Height by which the ellipsoid of :func:`clearances` exceeds what it encloses: without it, it would be endlessly
 wide."""
@@ -40,7 +40,7 @@ EXACT: Final = Accuracy(0.0, 0.0)
 
 
 def joint_errors_m(one: Accuracy, other: Accuracy) -> tuple[float, float]:
-    """Return the horizontal and vertical error reckoned with in the offset between two positions."""
+    """Return the horizontal and vertical error taken into account in the offset between two positions."""
     horizontal_m = math.hypot(one.horizontal_m, other.horizontal_m)
     return CONFIDENCE * horizontal_m, CONFIDENCE * math.hypot(one.vertical_m, other.vertical_m)
 

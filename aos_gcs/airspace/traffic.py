@@ -91,7 +91,7 @@ class Obstacle:
 
     @property
     def reckoned(self) -> Accuracy:
-        """Accuracy of its position that paths of others reckon with, the drift included."""
+        """Accuracy of its position that paths of others take into account, the drift included."""
         return Accuracy(self.accuracy.horizontal_m + self.drift_m / CONFIDENCE, self.accuracy.vertical_m)
 
     def segments(self) -> FloatArray:

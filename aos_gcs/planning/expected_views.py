@@ -2,8 +2,8 @@
 
 The exposures of all vehicles are laid out along the legs, and their directions are counted at places of the search area
 as the map of searched ground counts them (:mod:`aos_gcs.groundmap.directions`). Frames are expected at the rate that is
-set, from cameras that look straight down and are turned with the leg; zones where nobody flies give none. Over relief
-each place is seen from as far above as it lies below the layers, and not at all where the ground is not known.
+set, from cameras that look straight down and are turned with the leg; zones where no vehicle flies give none. Over
+relief each place is seen from as far above as it lies below the layers, and not at all where the ground is not known.
 """
 
 from __future__ import annotations

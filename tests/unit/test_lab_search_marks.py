@@ -1,4 +1,4 @@
-"""What the detector marks of a person in frames, as whole searches reckon with it."""
+"""What the detector marks of a person in frames, as whole searches take it into account."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Accuracies that vehicles report of their positions, as separation reckons with them."""
+"""Accuracies that vehicles report of their positions, as separation takes them into account."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def accuracy_of(state: VehicleState) -> Accuracy:
 
 
 def accuracy_on_paths(member: Member, separation_m: float, layer_spacing_m: float) -> Accuracy:
-    """Return the accuracy of a vehicle's position that new paths reckon with.
+    """Return the accuracy of a vehicle's position that new paths take into account.
 
     Its vertical part is not more than the layers bear: preflight has found it so, or an operator has overridden that,
     and vehicles in neighbouring layers would block each other. Of a vehicle that was found inaccurate in flight, and

@@ -162,7 +162,7 @@ class FlightControl:
         return self._detours
 
     def accuracy(self, member: Member) -> Accuracy:
-        """Return the accuracy of a vehicle's position that paths of others reckon with."""
+        """Return the accuracy of a vehicle's position that paths of others take into account."""
         if self._limits is None:
             raise RuntimeError("no safety limits: preflight has not passed")
         return accuracy_on_paths(member, self._limits.separation_m, self._settings.layer_spacing_m)
@@ -230,7 +230,7 @@ class FlightControl:
     def rest_of_way(self, member: Member, others: Iterable[Member], tolerance_m: float) -> Admission:
         """Return how much of what is left of a granted way keeps clear of other vehicles, as they are known by now.
 
-        What the vehicle passes before it can stop, braking twice as hard as is reckoned with elsewhere, does not count:
+        What the vehicle passes before it can stop, braking twice as hard as is assumed elsewhere, does not count:
         no hold keeps it from there, and it might stop right above or below what it has passed.
 
         Args:

@@ -271,7 +271,7 @@ class Exposures:
         return _Exposed(placed, speed_mps, self._context.clock.now_s())
 
     def _check_place(self, member: Member, capture: Capture) -> None:
-        """Refuse a frame of a place that its vehicle has long left: waypoints reckon with where frames were exposed.
+        """Refuse a frame of a place that its vehicle has long left: waypoints count on where frames were exposed.
 
         Raises:
             CaptureError: it is.

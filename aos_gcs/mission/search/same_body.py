@@ -16,7 +16,7 @@ PIECES_M = 0.5
 SAME_BODY_M = 1.5
 """Distance within which two targets of one kind are one: pieces of a person who lies stretched out."""
 _CONFIDENCE = 2.0
-"""Factor between the standard deviation of a distance and the error that is reckoned with."""
+"""Factor between the standard deviation of a distance and the error that is taken into account."""
 _LATELY_S = 10.0
 """Time between the sightings of one body in which it has hardly moved."""
 _APART = 1.25

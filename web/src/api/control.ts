@@ -11,7 +11,7 @@ export const askForControl = (): Promise<Answer<Control>> => request("POST", "/a
 export const answerRequest = (operator: string, granted: boolean): Promise<Answer<Control>> =>
   request("POST", "/api/control/answer", isControl, { operator, granted });
 
-/** Take control over; without a reason only from an operator who is gone. */
+/** Take over control; without a reason only from an operator who is gone. */
 export const takeControl = (reason: string): Promise<Answer<Control>> =>
   request("POST", "/api/control/take", isControl, { reason });
 
