@@ -17,9 +17,12 @@ from aos_gcs.mission.control import MissionCommands, MissionView
 from aos_gcs.mission.events import DEFAULT_CAPACITY
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.checks import CheckStatus, PreflightCheck
-from aos_gcs.mission.model.events import Event, EventKind
+from aos_gcs.mission.model.events import Event, EventKind, NoticeRecord
+from aos_gcs.mission.model.findings import FindingChange, FindingStatus
 from aos_gcs.mission.model.phase import Phase
+from aos_gcs.mission.model.proposals import Proposal, ProposalShape, ProposalUse
 from aos_gcs.mission.model.steps import FocusSource, PictureKind
+from aos_gcs.planning.plan import plan_of
 from aos_gcs.ports import Safeguard, Severity
 from aos_gcs.store.reader import MissionReader
 from aos_gcs.store.replay import MissionReplay
@@ -47,6 +50,8 @@ class Mission:
     """Put an event on its stream."""
     start: Callable[[], object]
     """Let it fly, or its record be shown."""
+    propose: Callable[[list[Proposal]], object] | None = None
+    """Have others propose something; None for a replay."""
 
     async def until(self, condition: Callable[[], bool]) -> None:
         async with self.clock.timeout_at(self.clock.now_s() + LIMIT_S):
@@ -68,6 +73,7 @@ async def coordinator(_folder: Path) -> AsyncIterator[Mission]:
             flight.clock,
             lambda: flight.journal.notice(Severity.INFO, "wind"),
             flight.fleet.members[2].facts.clear,
+            flight.view.proposals.take,
         )
         await mission.until(lambda: bool(failed_checks(mission.view)))
         yield mission
@@ -79,7 +85,8 @@ async def scripted(_folder: Path) -> AsyncIterator[Mission]:
     clock = LoopClock()
     script = ScriptedMission(clock)
     async with running(script):
-        yield Mission(script, script, clock, lambda: script.notify(Severity.INFO, "wind"), lambda: None)
+        publish = partial(script.notify, Severity.INFO, "wind")
+        yield Mission(script, script, clock, publish, lambda: None, script.proposals.take)
 
 
 @asynccontextmanager
@@ -278,3 +285,93 @@ async def test_the_first_acknowledgement_of_a_notice_stays_on_record(open_comman
             await mission.commands.acknowledge([1], operator=operator)
         (given,) = mission.view.snapshot().acknowledgements
         assert (given.notice_id, given.operator) == (1, "Ada")
+
+
+async def test_a_finding_is_marked_and_changed_field_by_field(open_commanded: Opener) -> None:
+    async with open_commanded() as mission:
+        commands = mission.commands
+        marked = await commands.add_finding((4.0, -6.0, 0.0), "jacket", operator="Ada")
+        assert (marked.position_enu_m, marked.comment, marked.operator) == ((4.0, -6.0, 0.0), "jacket", "Ada")
+        assert (marked.status, marked.assignee, marked.track_id) == (FindingStatus.NEW, "", None)
+        other = await commands.add_finding((8.0, 0.0, 0.0), "", operator="Ada")
+        assert other.finding_id != marked.finding_id
+
+        confirmed = FindingChange(status=FindingStatus.CONFIRMED, assignee="team 2")
+        changed = await commands.change_finding(marked.finding_id, confirmed, operator="Bob")
+        assert changed == replace(marked, status=FindingStatus.CONFIRMED, assignee="team 2", operator="Bob")
+        await mission.until(lambda: mission.view.snapshot().findings == (changed, other))
+        emptied = await commands.change_finding(marked.finding_id, FindingChange(comment=""), operator="Bob")
+        assert emptied == replace(changed, comment="")
+
+
+async def test_a_finding_that_there_is_not_is_refused(open_commanded: Opener) -> None:
+    async with open_commanded() as mission:
+        marked = await mission.commands.add_finding((4.0, -6.0, 0.0), "", operator="Ada")
+        with pytest.raises(MissionError, match=f"no finding {UNKNOWN_ID}"):
+            await mission.commands.change_finding(UNKNOWN_ID, FindingChange(comment="shoe"), operator="Ada")
+        await mission.until(lambda: mission.view.snapshot().findings == (marked,))
+
+
+async def test_a_proposal_is_decided_once_and_marked_where_it_becomes_a_finding(open_commanded: Opener) -> None:
+    async with open_commanded() as mission:
+        await mission.until(lambda: mission.view.snapshot().origin is not None)
+        origin = mission.view.snapshot().origin
+        mission.propose([a_point("jacket", origin.latitude_deg, origin.longitude_deg)])
+        await mission.until(lambda: bool(mission.view.snapshot().proposals))
+        (waiting,) = mission.view.snapshot().proposals
+        decide = mission.commands.decide_proposal
+        for proposal_id, use in (
+            (UNKNOWN_ID, ProposalUse.DISMISSED),
+            (waiting.proposal_id, ProposalUse.AREA),  # a point is no area
+        ):
+            with pytest.raises(MissionError):
+                await decide(proposal_id, use, operator="Ada")
+        decided = await decide(waiting.proposal_id, ProposalUse.FINDING, operator="Ada")
+        assert (decided.proposal, decided.use, decided.operator) == (waiting.proposal, ProposalUse.FINDING, "Ada")
+        for use in (ProposalUse.FINDING, ProposalUse.DISMISSED):
+            with pytest.raises(MissionError, match="Ada has decided"):
+                await decide(waiting.proposal_id, use, operator="Bob")
+        await mission.until(lambda: mission.view.snapshot().proposals == (decided,))
+        (finding,) = mission.view.snapshot().findings
+        assert finding.position_enu_m == pytest.approx((0.0, 0.0, 0.0), abs=0.1)
+        assert "jacket" in finding.comment
+
+
+def a_point(name: str, latitude_deg: float, longitude_deg: float) -> Proposal:
+    return Proposal(
+        uid="a",
+        source="TAK",
+        name=name,
+        sender="Kim",
+        kind="b-m-p-s-m",
+        shape=ProposalShape.POINT,
+        points_deg=((latitude_deg, longitude_deg),),
+        altitude_amsl_m=None,
+        remarks="",
+        sent_utc_s=0.0,
+        stale_utc_s=1e10,
+        received_utc_s=0.0,
+    )
+
+
+async def test_a_plan_is_flown_that_comes_before_the_start_and_none_that_comes_after(open_commanded: Opener) -> None:
+    async with open_commanded() as mission:
+        commands = mission.commands
+        plan = replace(plan_of(commands.settings), strategy="aos-pso")
+        await commands.apply_plan(plan, operator="Ada")
+        await mission.until(lambda: commands.settings.strategy == "aos-pso")
+        await launch(mission)
+        with pytest.raises(MissionError, match="the mission has started"):
+            await commands.apply_plan(replace(plan, strategy="aos-apso"), operator="Ada")
+        assert commands.settings.strategy == "aos-pso"
+        assert mission.view.snapshot().phase in SEARCHING
+
+
+async def test_an_announcement_becomes_a_notice(open_commanded: Opener) -> None:
+    async with open_commanded() as mission:
+        with mission.view.subscribe() as events:
+            await mission.commands.announce("has control", operator="Ada")
+            async with mission.clock.timeout_at(mission.clock.now_s() + LIMIT_S):
+                while not isinstance((notice := (await anext(events)).data), NoticeRecord):
+                    pass
+        assert (notice.text, notice.severity, notice.vehicle_id) == ("Ada: has control", Severity.INFO, None)

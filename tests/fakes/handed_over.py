@@ -15,7 +15,7 @@ from aos_gcs.mission.model.vehicles import VehicleSnapshot
 from aos_gcs.ports import LandedState, Severity
 from aos_gcs.store.recorder import MissionRecorder
 from tests.fakes import records
-from tests.fakes.mission import GROUND
+from tests.fakes.scripted_ground import GROUND
 
 START_UTC_S = 1_777_800_000.0
 """2026-05-03 09:20:00 UTC."""

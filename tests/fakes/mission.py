@@ -11,8 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from aos_gcs.errors import MissionError
-from aos_gcs.geometry.geodesy import EnuPoint
-from aos_gcs.groundmap.figures import DetectionFigures, GroundFigures, SegmentFigures
+from aos_gcs.geometry.geodesy import EnuPoint, GeodeticPosition, LocalFrame
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.acknowledgements import Acknowledgements
 from aos_gcs.mission.command_order import CommandOrder
@@ -35,26 +34,13 @@ from aos_gcs.planning.settings import MissionSettings, TerrainSettings
 from aos_gcs.ports import Clock, FlightMode, Severity
 from tests.fakes.pictures import paint
 from tests.fakes.scripted_checks import PROPOSED, scripted_checks
+from tests.fakes.scripted_ground import GROUND
 from tests.fakes.scripted_vehicle import ORIGIN, SILENT_ID, TARGET_ENU_M, ScriptedVehicle
 
 AREA_ENU_M = ((-60.0, -20.0), (60.0, -20.0), (60.0, 110.0), (-60.0, 110.0))
 FENCE_ENU_M = ((-80.0, -50.0), (80.0, -50.0), (80.0, 130.0), (-80.0, 130.0))
 THRESHOLD_M2 = 0.3
 STEP_INTERVAL_S = 2.0
-SEGMENTS = (
-    SegmentFigures("A 1", 12_000.0, 0.7, 0.55, probability=0.6, success=0.33),
-    SegmentFigures("Ravine north of the old chapel", 4_500.0, 0.12, None, probability=None, success=None),
-)
-GROUND = GroundFigures(
-    80,
-    0,
-    0.63,
-    4.3,
-    DetectionFigures(standing=0.51, sitting=0.7, lying=0.88),
-    success=0.41,
-    segments=SEGMENTS,
-)
-"""Searched ground from the first step on."""
 _PICTURE_HALF_WIDTH_M = 25.0
 
 
@@ -223,10 +209,16 @@ class ScriptedMission:
     async def announce(self, text: str, *, operator: str = "") -> None:
         """Put on record what operators have settled."""
         self.announced.append((operator, text))
+        self.notify(Severity.INFO, f"{operator or 'operator'}: {text}")
 
     async def decide_proposal(self, proposal_id: int, use: ProposalUse, *, operator: str = "") -> ProposalRecord:
         """Decide about a proposal."""
-        return self.proposals.decide(proposal_id, use, operator, self._clock.utc_s())
+        decided = self.proposals.decide(proposal_id, use, operator, self._clock.utc_s())
+        if use is ProposalUse.FINDING:
+            place = GeodeticPosition(*decided.proposal.points_deg[0], ORIGIN.altitude_amsl_m)
+            east_m, north_m, _ = map(float, LocalFrame(ORIGIN).to_enu(place))
+            await self.add_finding((east_m, north_m, 0.0), decided.proposal.name, operator=operator)
+        return decided
 
     @property
     def settings(self) -> MissionSettings:

@@ -12,8 +12,8 @@ from aos_gcs.mission.model.decisions import LeftPlace
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.vehicles import Task, VehicleSnapshot
 from aos_gcs.ports import LandedState, VehicleState
-from tests.fakes.mission import GROUND
 from tests.fakes.records import snapshot
+from tests.fakes.scripted_ground import GROUND
 
 
 @dataclass(frozen=True)
