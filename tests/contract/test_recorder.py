@@ -10,21 +10,45 @@ from pathlib import Path
 
 import pytest
 
+from aos_gcs.airspace.limits import UNLIMITED
+from aos_gcs.airspace.plans import TrafficSituation
 from aos_gcs.errors import RecordingError
+from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.journal import Recorder
 from aos_gcs.mission.model.actions import Action, ActionRecord
+from aos_gcs.mission.model.decisions import ConclusionRecord, DecisionRecord, SearchRecord, Situation, SwarmPlace
 from aos_gcs.mission.model.events import Event
-from aos_gcs.mission.model.phase import Outcome, OutcomeRecord
+from aos_gcs.mission.model.findings import TargetEstimate
+from aos_gcs.mission.model.phase import Outcome, OutcomeRecord, Phase
 from aos_gcs.mission.model.steps import Picture, PictureKind, StepRecord
 from aos_gcs.mission.model.vehicles import SettingsRecord
+from aos_gcs.planning.settings import MissionSettings
+from aos_gcs.store.codec import encode
 from aos_gcs.store.database import MissionDatabase, Write
 from aos_gcs.store.reader import MissionReader
 from aos_gcs.store.recorder import MissionRecorder
 from tests.fakes.mission_flight import MemoryRecorder
-from tests.fakes.records import capture, notice_event, step_record
+from tests.fakes.records import ORIGIN, capture, notice_event, step_record
 
 STATE = {"best": [1.0, 2.0]}
 PICTURE = Picture(PictureKind.INTEGRAL, 1, b"png", 0.0, 0.0, 10.0, 10.0)
+SEARCH = SearchRecord(MissionSettings(2, ((0.0, 0.0), (9.0, 0.0), (0.0, 9.0)), ImagingSettings()), ORIGIN)
+DECISION = DecisionRecord(
+    step=1,
+    phase=Phase.SCAN,
+    decided=0,
+    concluded=0,
+    focal_height_m=0.5,
+    settled_enu_m=((1.0, 2.0),),
+    situation=Situation(
+        3.0,
+        (SwarmPlace(2, (1.0, 2.0, 30.0), 30.0),),
+        TrafficSituation(limits=UNLIMITED, arrival_radius_m=0.5, movable=(), left={2: "held"}, obstacles=()),
+    ),
+    following=Phase.CONVERGE,
+    marks={2: "0123"},
+)
+CONCLUSION = ConclusionRecord(1, 4.0, True, Phase.FOUND, (TargetEstimate((1.0, 2.0, 0.0), None, 3),))
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +61,9 @@ class Kept:
     picture: bytes | None
     """The picture of the first step."""
     steps: Sequence[StepRecord]
+    search: SearchRecord | None
+    decisions: Sequence[tuple[DecisionRecord, ConclusionRecord | None]]
+    """Decision of each step, and what was concluded after it."""
     actions: Sequence[ActionRecord]
     settings: Sequence[SettingsRecord]
     outcome: OutcomeRecord | None
@@ -67,6 +94,8 @@ async def on_disk(folder: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterato
                 [(entry.step, entry.vehicle_id) for entry in reader.frames()],
                 reader.picture(1, PictureKind.INTEGRAL),
                 reader.steps(),
+                reader.search(),
+                [decision for step in reader.steps() if (decision := reader.decision(step.step)) is not None],
                 reader.actions(),
                 reader.settings(),
                 reader.outcome(),
@@ -89,6 +118,8 @@ async def in_memory(_folder: Path, _monkeypatch: pytest.MonkeyPatch) -> AsyncIte
             [(step, frame.vehicle_id) for step, frame in recorder.frames],
             next((picture.png for picture in recorder.pictures), None),
             list(recorder.steps.values()),
+            next(reversed(recorder.searches), None),
+            [(decision, recorder.conclusions.get(step)) for step, decision in recorder.decisions.items()],
             recorder.actions,
             recorder.settings,
             recorder.outcome,
@@ -146,6 +177,35 @@ async def test_a_second_record_of_a_step_replaces_the_first(recording: Recording
     assert [step.missing for step in recording.read().steps] == [{3: "no frame within 5 s"}]
 
 
+async def test_decisions_can_be_verified_by_what_they_and_their_search_depended_on(recording: Recording) -> None:
+    recorder = recording.recorder
+    later = replace(SEARCH, settings=replace(SEARCH.settings, strategy="aos-pso"))
+    for search in (SEARCH, later):
+        await recorder.record_search(search)
+    for number in (1, 2):
+        await recorder.record_decision(replace(DECISION, step=number))
+        await recorder.record_step(step_record(number), STATE)
+    await recorder.record_conclusion(CONCLUSION)
+    await recorder.flush()
+
+    kept = recording.read()
+    assert kept.search == later, "the search under way, which a new sortie begins anew"
+    (first, concluded), (second, none_yet) = kept.decisions
+    assert [encode(first), encode(second)] == [encode(DECISION), encode(replace(DECISION, step=2))]
+    assert (concluded, none_yet) == (CONCLUSION, None)
+
+
+async def test_a_second_decision_of_a_step_replaces_the_first(recording: Recording) -> None:
+    recorder = recording.recorder
+    for following in (Phase.SCAN, Phase.FOUND):
+        await recorder.record_decision(replace(DECISION, following=following))
+    await recorder.record_step(step_record(1), STATE)
+    await recorder.flush()
+    assert [(decision.following, concluded) for decision, concluded in recording.read().decisions] == [
+        (Phase.FOUND, None)
+    ]
+
+
 async def test_a_flush_tells_that_something_could_not_be_written_and_its_recording_does_not(
     recording: Recording,
 ) -> None:
@@ -156,6 +216,9 @@ async def test_a_flush_tells_that_something_could_not_be_written_and_its_recordi
     writes: list[Callable[[], Awaitable[None]]] = [
         partial(recorder.record_event, notice_event(2)),
         partial(recorder.record_step, step_record(1), STATE),
+        partial(recorder.record_search, SEARCH),
+        partial(recorder.record_decision, DECISION),
+        partial(recorder.record_conclusion, CONCLUSION),
         partial(recorder.record_action, ActionRecord(1000.0, Action.HOLD, None, ())),
     ]
     for write in writes:
@@ -165,4 +228,4 @@ async def test_a_flush_tells_that_something_could_not_be_written_and_its_recordi
     await recorder.flush()  # nothing was recorded since
     kept = recording.read()
     assert [event.seq for event in kept.events] == [1]
-    assert (list(kept.steps), list(kept.actions)) == ([], [])
+    assert (list(kept.steps), kept.search, list(kept.decisions), list(kept.actions)) == ([], None, [], [])
