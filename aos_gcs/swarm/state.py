@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
@@ -95,17 +94,3 @@ def dump_rng(rng: np.random.Generator) -> dict[str, Any]:
     if not isinstance(rng.bit_generator, np.random.PCG64):
         raise ValueError(f"only numpy.random.PCG64 can be saved, not {type(rng.bit_generator).__name__}")
     return dict(rng.bit_generator.state)
-
-
-def load_rng(data: Mapping[str, Any]) -> np.random.Generator:
-    """Return a generator that continues where the saved one stood.
-
-    Raises:
-        ValueError: ``data`` is not the state of a PCG64 generator.
-    """
-    bit_generator = np.random.PCG64(0)
-    try:
-        bit_generator.state = cast("Any", dict(data))
-    except (KeyError, TypeError) as error:
-        raise ValueError(f"this is not the state of a PCG64 generator: {error}") from error
-    return np.random.Generator(bit_generator)

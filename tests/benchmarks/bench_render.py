@@ -18,6 +18,7 @@ from aos_sim.world.scene import Scene, SceneParameters, build_scene
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from tests.benchmarks.figures import median_durations, report
+from tests.fakes.visibility import person_visibility
 
 CAMERA = CameraModel.from_fov(512, 512, math.radians(50.0))
 VISIBILITY_SEEDS = 20
@@ -66,7 +67,7 @@ def single_view_visibilities() -> np.ndarray:
         scene = build_scene(SceneParameters(seed=seed, side_m=60.0))
         renderer = Renderer(scene)
         views = views_of_person(scene, VIEWS_PER_SEED, np.random.default_rng(seed))
-        shares.append([renderer.person_visibility(view, CAMERA) or 0.0 for view in views])
+        shares.append([person_visibility(renderer, view, CAMERA) or 0.0 for view in views])
     return np.array(shares)
 
 

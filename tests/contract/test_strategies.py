@@ -14,7 +14,8 @@ from aos_gcs.store.codec import decode, encode
 from aos_gcs.swarm.follow import LeaderFollowing
 from aos_gcs.swarm.model import Observation, Strategy, TargetMasks
 from aos_gcs.swarm.registry import available_strategies, make_strategy
-from aos_gcs.swarm.state import dump_rng, load_rng
+from aos_gcs.swarm.state import dump_rng
+from tests.fakes.generators import load_rng
 
 FloatArray = NDArray[np.float64]
 Case = tuple[str, Mapping[str, object]]

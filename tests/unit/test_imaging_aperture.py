@@ -23,6 +23,7 @@ from aos_sim.render import Renderer
 from aos_sim.render.raycaster import RayCaster
 from aos_sim.world.scene import SceneParameters, build_scene
 from tests.fakes.command_line import exit_status
+from tests.fakes.visibility import person_visibility
 
 FOREST = {
     "altitude_m": 35.0,
@@ -108,7 +109,7 @@ def test_ten_cameras_even_out_what_one_sees_of_the_persons_in_the_simulated_fore
     shares = np.array(
         [
             [
-                renderer.person_visibility(nadir_pose([*place, 35.0]), camera, person.name)
+                person_visibility(renderer, nadir_pose([*place, 35.0]), camera, person.name)
                 for place in person.position_enu_m[:2] + rng.uniform(-6.0, 6.0, (10, 2))
             ]
             for person in scene.persons

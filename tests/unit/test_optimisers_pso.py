@@ -18,7 +18,8 @@ from aos_gcs.optimisers.model import Optimiser, Particles, Schedule, forgetful
 from aos_gcs.optimisers.pso import Pso, PsoParameters, drawn_velocities, moved
 from aos_gcs.optimisers.randomness import Draw, Randomness, attraction, draw
 from aos_gcs.store.codec import decode, encode
-from aos_gcs.swarm.state import dump_rng, load_rng
+from aos_gcs.swarm.state import dump_rng
+from tests.fakes.generators import load_rng
 
 FloatArray = NDArray[np.float64]
 Objective = Callable[[FloatArray], FloatArray]

@@ -166,15 +166,6 @@ class Renderer:
         visible, unoccluded = masks.reshape(2, camera.height_px, camera.width_px)
         return PersonMasks(visible, unoccluded)
 
-    def person_visibility(self, pose: Pose, camera: CameraModel, name: str | None = None) -> float | None:
-        """Return the visible share of a person's pixels, 0 to 1, or None when out of view.
-
-        It compares with the same view without forest. ``name`` as in :meth:`person_masks`.
-        """
-        masks = self.person_masks(pose, camera, name)
-        unoccluded = np.count_nonzero(masks.unoccluded)
-        return np.count_nonzero(masks.visible) / unoccluded if unoccluded else None
-
     def visible_body_pixels(self, pose: Pose, camera: CameraModel) -> NDArray[np.intp]:
         """Return how many pixels show each body: the persons, then the distractors, shape (bodies,)."""
         hits = self._body_hits(_Rays(pose, camera), self._bodies, self._bodies.pixels(pose, camera))
