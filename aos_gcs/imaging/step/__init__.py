@@ -1,1 +1,1 @@
-"""One step of the mission: integrate its frames, mark anomalies, and judge what is in view."""
+"""One step of the mission: examine its frames, mark anomalies, and judge what is in view."""
