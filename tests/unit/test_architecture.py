@@ -84,26 +84,27 @@ def importers_of(packages: set[str]) -> set[str]:
 # --- the table ------------------------------------------------------------------------------------------------------
 
 
-def read_table() -> dict[str, set[str]]:
-    """Package or module to the names that its row allows and the rows above it; in the order of the rows."""
+def read_table(heading: str, package: str = "aos_gcs") -> dict[str, set[str]]:
+    """Package or module to the names that its row allows, in the order of the rows."""
     text = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
-    section = text.partition("\n## The packages\n")[2].partition("\n## ")[0]
+    section = re.split(r"\n##+ ", text.partition(f"\n{heading}\n")[2])[0]
     rules: dict[str, set[str]] = {}
     for line in section.splitlines():
         cells = [cell.strip() for cell in line.strip("|").split("|")]
         if not line.startswith("| [") or cells[0].startswith("[`web`]"):
             continue
-        allowed = set(rules) if cells[2] == "everything above" else {full_name(name) for name in cells[2].split(", ")}
+        allowed = {full_name(name, package) for name in cells[2].split(", ") if name != "nothing"}
         for name in re.findall(r"\[`([\w.]+)`\]\(", cells[0]):
-            rules[full_name(name)] = allowed - {"aos_gcs.nothing"}
+            rules[full_name(name, package)] = allowed
     return rules
 
 
-def full_name(name: str) -> str:
-    return name if name.partition(".")[0] in SOURCE_FOLDERS else f"aos_gcs.{name}"
+def full_name(name: str, package: str) -> str:
+    return name if name.partition(".")[0] in SOURCE_FOLDERS else f"{package}.{name}"
 
 
-RULES = read_table()
+RULES = read_table("## The packages")
+MISSION = read_table("### Within mission", "aos_gcs.mission")
 
 
 def row_of(name: str) -> str:
@@ -138,6 +139,23 @@ def test_rows_allow_only_rows_above_them() -> None:
         for name in sorted(RULES[row] - set(order[:position]))
     ]
     assert wrong == [], "an import cycle between packages becomes possible"
+
+
+def test_parts_of_a_mission_import_what_their_table_allows() -> None:
+    wrong = [
+        f"{name} imports {imported}"
+        for row, allowed in MISSION.items()
+        for name in sorted(PATHS)
+        if is_within(name, {row})
+        for imported in sorted(all_imports()[name])
+        if is_within(imported, {"aos_gcs.mission"}) and not is_within(imported, allowed | {row})
+    ]
+    assert wrong == []
+    assert len(MISSION) > 10, "the table is read"
+
+
+def test_what_puts_a_mission_together_is_known_to_none_of_its_parts_nor_is_the_search() -> None:
+    assert set().union(*MISSION.values()) <= set(MISSION) - {"aos_gcs.mission.search"}
 
 
 def test_modules_do_not_import_one_another_in_a_circle() -> None:
