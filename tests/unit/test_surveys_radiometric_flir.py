@@ -80,7 +80,23 @@ BAD = {
         container(np.full((8, 8), 15_000, np.uint16), CAMERA | {"emissivity": 0.0}),
         "give --degrees emissivity=0.97",
     ),
-    "reflection": (container(np.full((8, 8), 15_000, np.uint16), CAMERA | {"reflected_k": 0.0}), "is 0 K"),
+    "reflection": (container(np.full((8, 8), 15_000, np.uint16), CAMERA | {"reflected_k": 0.0}), "is 0 K, which no"),
+    "hot reflection": (
+        container(np.full((8, 8), 15_000, np.uint16), CAMERA | {"reflected_k": 1e20}),
+        r"reflected temperature is 1e\+20 K, which no scene has; give --degrees reflected=5",
+    ),
+    "hot air": (
+        container(np.full((8, 8), 15_000, np.uint16), CAMERA | {"air_k": 1e20}),
+        r"temperature of the air is 1e\+20 K, which no scene has; give --degrees air=12",
+    ),
+    "cold window": (
+        container(np.full((8, 8), 15_000, np.uint16), CAMERA | {"window_transmission": 0.9, "window_k": 1e-20}),
+        "temperature of the window before its lens is 1e-20 K",
+    ),
+    "no divisor": (
+        container(np.full((8, 8), 15_000, np.uint16), CAMERA | {"B": 1e-20}),
+        "B = 1e-20 and F = 1 give no signal at its reflected temperature",
+    ),
     "too cold": (container(np.zeros((8, 8), np.uint16), CAMERA), "give no temperatures"),
 }
 
@@ -94,6 +110,17 @@ def test_what_gives_no_temperatures_is_named(tmp_path: Path, case: str) -> None:
 
 def test_a_picture_alone_has_no_temperatures(tmp_path: Path) -> None:
     assert read_flir(photograph(tmp_path, b"FPF\0")) is None
+
+
+@pytest.mark.parametrize("name", sorted(set(CAMERA) - {"O"}))
+@given(st.floats(width=32, allow_nan=False))
+def test_any_number_of_a_field_gives_temperatures_or_a_clear_error(name: str, value: float) -> None:
+    image = FlirImage(np.full((2, 2), 15_000, np.uint16), CAMERA | {name: value})
+    try:
+        celsius = image.celsius(AS_RECORDED)
+    except InputDataError:
+        return
+    assert np.isfinite(celsius).all()
 
 
 @example(b"", 407, 195)

@@ -29,6 +29,8 @@ _SEGMENT_START = b"FLIR\0\x01"
 _RAW_DATA, _CAMERA_INFO = 0x01, 0x20
 _MAX_RECORDS = 200
 _MAX_EDGE_PX = 4096
+_MIN_SCENE_K, _MAX_SCENE_K = 50.0, 3000.0
+"""Temperatures that what is reflected, the air or a window may have: clear skies look 200 K cold, fires 1500 K warm."""
 
 _CAMERA_FIELDS = {
     "emissivity": (0x20, "f"),
@@ -69,7 +71,11 @@ class FlirImage:
         return math.radians(fov_deg) if 0.0 < fov_deg < 180.0 else None
 
     def celsius(self, scene: Scene) -> NDArray[np.float32]:
-        """Return the temperatures of objects, degrees Celsius, shape (H, W)."""
+        """Return the temperatures of objects, degrees Celsius, shape (H, W).
+
+        Raises:
+            InputDataError: with the reason alone, if the constants or the conditions give none.
+        """
         field = self.fields
         emissivity = field["emissivity"] if scene.emissivity is None else scene.emissivity
         distance_m = field["distance_m"] if scene.distance_m is None else scene.distance_m
@@ -81,23 +87,32 @@ class FlirImage:
             raise InputDataError(
                 f"its emissivity is {emissivity:g}, which is not between 0 and 1; give --degrees emissivity=0.97"
             )
+        reflected = self._signal("reflected temperature", reflected_k, "; give --degrees reflected=5")
+        of_air = self._signal("temperature of the air", air_k, "; give --degrees air=12")
         air = self._transmission(distance_m, humidity, air_k - _ZERO_CELSIUS_K)
-        other = window * (air * (1.0 - emissivity) * self._signal(reflected_k) + (1.0 - air) * self._signal(air_k))
+        other = window * (air * (1.0 - emissivity) * reflected + (1.0 - air) * of_air)
         if window < 1.0:
-            other += (1.0 - window) * self._signal(field["window_k"])
-        signal = (self.counts.astype(np.float64) - other) / (emissivity * air * window)
-        with np.errstate(invalid="ignore", divide="ignore"):
+            other += (1.0 - window) * self._signal("temperature of the window before its lens", field["window_k"])
+        with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+            signal = (self.counts.astype(np.float64) - other) / (emissivity * air * window)
             inverse = np.log(field["R1"] / (field["R2"] * (signal + field["O"])) + field["F"])
-            celsius = field["B"] / inverse - _ZERO_CELSIUS_K
+            celsius = (field["B"] / inverse - _ZERO_CELSIUS_K).astype(np.float32)
         if not np.isfinite(celsius).all():
             raise InputDataError("its constants and its counts give no temperatures; check emissivity and distance")
-        return celsius.astype(np.float32)
+        return celsius
 
-    def _signal(self, kelvin: float) -> float:
+    def _signal(self, name: str, kelvin: float, remedy: str = "") -> float:
+        """Return the counts of a black body of a temperature, which an error calls by its name."""
         field = self.fields
-        if not kelvin > 0.0:
-            raise InputDataError(f"one of its temperatures of reflection, air or window is {kelvin:g} K")
-        return field["R1"] / (field["R2"] * (_exp(field["B"] / kelvin) - field["F"])) - field["O"]
+        if not _MIN_SCENE_K <= kelvin <= _MAX_SCENE_K:
+            raise InputDataError(f"its {name} is {kelvin:g} K, which no scene has{remedy}")
+        divisor = field["R2"] * (_exp(field["B"] / kelvin) - field["F"])
+        if not divisor > 0.0:
+            raise InputDataError(
+                f"its Planck constants are not usable: B = {field['B']:g} and F = {field['F']:g} give no signal at its "
+                f"{name}, {kelvin:g} K"
+            )
+        return field["R1"] / divisor - field["O"]
 
     def _transmission(self, distance_m: float, humidity: float, air_c: float) -> float:
         """Return the share that air lets through."""
