@@ -126,6 +126,7 @@ def integrate(
         degrees=degrees,
         dji_sdk=dji_sdk,
         skip_broken=skip_broken,
+        on_terrain=dem is not None,
     )
     inputs = (path for path in (poses, dem, camera, calibration) if path is not None)
     results.check_inputs((*(image.path for image in survey.images), *inputs))

@@ -209,6 +209,7 @@ class _Recording:
             degrees=self.degrees,
             dji_sdk=self.dji_sdk,
             skip_broken=True,
+            on_terrain=self.dem is not None,
         )
         if self.system is not None and opened.origin is None:
             opened = placed(opened, self.system)

@@ -199,6 +199,7 @@ def open_survey(
     degrees: str | None = None,
     dji_sdk: Path | None = None,
     skip_broken: bool = False,
+    on_terrain: bool = False,
 ) -> Survey:
     """Open a recording; the number of skipped images is printed on standard error.
 
@@ -240,9 +241,10 @@ def open_survey(
             sensor=sensor,
             frames=chosen,
             temperatures=_temperatures(degrees, dji_sdk),
+            on_terrain=on_terrain,
         )
     report_skipped(len(survey.images) + len(survey.left_out), list(survey.left_out.items()))
-    for remark in survey.remarks:
+    for remark in (*survey.warnings, *survey.remarks):
         typer.echo(printable(remark), err=True)
     if survey.without_pose:
         count, first = len(survey.without_pose), survey.without_pose[0]

@@ -50,3 +50,5 @@ class Survey:
     """Rotation from the axes of the poses file, which meshes share, to those of the world, shape (3, 3)."""
     remarks: tuple[str, ...] = ()
     """Remarks on the recording as a whole, for its operator."""
+    warnings: tuple[str, ...] = ()
+    """What may make the result wrong, with the remedy; shown beside the result, too."""

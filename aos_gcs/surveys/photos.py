@@ -26,6 +26,7 @@ from aos_gcs.surveys.images import THERMAL, bands_of, check_image, read_image
 from aos_gcs.surveys.model import Survey, SurveyImage
 from aos_gcs.surveys.radiometric.reading import read_thermal_camera
 from aos_gcs.surveys.radiometric.settings import TemperatureSettings
+from aos_gcs.surveys.takeoffs import Takeoff, group_takeoffs
 
 _ALIKE_FOV = 1.3
 """Ratio of fields of view up to which photographs are of one camera."""
@@ -42,9 +43,9 @@ class _Photo:
     tag: Geotag
     camera: CameraModel
     height_m: float
-    """Height above the ground."""
-    ground_amsl_m: float
-    """Altitude of the ground in the altitude reference of this photograph."""
+    """Height above the ground, or above the place of takeoff."""
+    takeoff_amsl_m: AmslM | None
+    """Altitude of the place of takeoff, in the altitude reference of this photograph; None where it is not told."""
 
 
 def read_photos(
@@ -56,10 +57,13 @@ def read_photos(
     sensor: Sensor | None = None,
     frames: slice = slice(None),
     temperatures: TemperatureSettings | None = None,
+    on_terrain: bool = False,
 ) -> Survey:
     """Read the geotags of all JPEG files of a folder and of the folders in it, or where it has none of its TIFF files.
 
-    The world is east-north-up about the first photograph's place, with z = 0 on the ground.
+    The world is east-north-up about the first photograph's place, with z = 0 on the ground. Where several flights have
+    taken off at different altitudes, that is the place of takeoff of most photographs, and each flight counts from its
+    own.
 
     Args:
         folder: folder of the photographs, read in the order of their names.
@@ -71,6 +75,7 @@ def read_photos(
             cameras, sizes of pictures (in either orientation) and fields of view must agree as well.
         frames: photographs that are looked at, in the order of their names, those of a folder together.
         temperatures: settings under which temperatures are read from radiometric photographs; None: pictures are read.
+        on_terrain: whether a terrain takes the place of the plane z = 0, so that several takeoffs need no remedy.
 
     Raises:
         InputDataError: if there is no photograph, none can be used, or several cameras have taken them; the text names
@@ -111,15 +116,23 @@ def read_photos(
     if sensor is None:
         _refuse_mixed(photos, folder)
     photos = _together(photos, left_out, folder)
-    origin = GeodeticPosition(
-        photos[0].tag.latitude_deg,
-        photos[0].tag.longitude_deg,
-        AmslM(float(np.median([photo.ground_amsl_m for photo in photos]))),
-    )
+    takeoffs = group_takeoffs([photo.takeoff_amsl_m for photo in photos])
+    photos = _with_shared_takeoffs(photos, takeoffs)
+    # Without any altitude only the map's scale suffers, by a millionth per six metres; terrain cannot be placed.
+    takeoff_amsl_m = takeoffs[0].altitude_amsl_m if takeoffs else SEA_LEVEL
+    ground = takeoff_amsl_m if ground_amsl_m is None else AmslM(ground_amsl_m)
+    world = LocalFrame(GeodeticPosition(photos[0].tag.latitude_deg, photos[0].tag.longitude_deg, ground))
     images = tuple(
-        replace(_placed(photo, LocalFrame(origin)), dtype=dtype, temperatures=temperatures) for photo in photos
+        replace(_placed(photo, world, ground_amsl_m), dtype=dtype, temperatures=temperatures) for photo in photos
     )
-    return Survey(images, bands, origin, left_out, remarks=_remarks(photos))
+    warnings = () if ground_amsl_m is not None else _takeoff_warnings(photos, takeoffs, folder, on_terrain=on_terrain)
+    return Survey(images, bands, world.origin, left_out, remarks=_remarks(photos), warnings=warnings)
+
+
+def _with_shared_takeoffs(photos: Sequence[_Photo], takeoffs: Sequence[Takeoff]) -> list[_Photo]:
+    """Return photographs with the altitudes of their takeoffs."""
+    altitudes_m = {index: takeoff.altitude_amsl_m for takeoff in takeoffs for index in takeoff.photographs}
+    return [replace(photo, takeoff_amsl_m=altitudes_m.get(index)) for index, photo in enumerate(photos)]
 
 
 def _photographs_in(folder: Path) -> list[Path]:
@@ -175,6 +188,37 @@ def _remarks(photos: Sequence[_Photo]) -> tuple[str, ...]:
     return tuple(remarks)
 
 
+def _takeoff_warnings(
+    photos: Sequence[_Photo], takeoffs: Sequence[Takeoff], folder: Path, *, on_terrain: bool
+) -> tuple[str, ...]:
+    """Return what makes heights doubtful: several takeoffs, and altitudes that no flight has."""
+
+    def name(index: int) -> str:
+        return photos[index].path.relative_to(folder).as_posix()
+
+    warnings = []
+    if len(takeoffs) > 1:
+        low, high = (end(takeoffs, key=lambda one: one.altitude_amsl_m) for end in (min, max))
+        apart_m = high.altitude_amsl_m - low.altitude_amsl_m
+        count, up_to = ("two", "") if len(takeoffs) == 2 else (len(takeoffs), "up to ")
+        remedy = "give --ground or --dem, or one folder for each flight"
+        if on_terrain:
+            remedy = (
+                "each counts from its own. If they began at one place, their altitudes err: one folder for each flight"
+            )
+        warnings.append(
+            f"photographs of {count} takeoffs, {up_to}{apart_m:.0f} m apart in height, such as "
+            f"{name(low.photographs[0])} and {name(high.photographs[0])}: {remedy}"
+        )
+    strays = sorted(index for takeoff in takeoffs for index in takeoff.strays)
+    if strays:
+        warnings.append(
+            f"{len(strays)} of {len(photos)} photographs have an absolute altitude that does not fit those beside "
+            f"them, and count from the same takeoff as these; the first is {name(strays[0])}"
+        )
+    return tuple(warnings)
+
+
 def _radiometric_camera(
     path: Path, tag: Geotag, optics: float | Intrinsics | None, settings: TemperatureSettings
 ) -> CameraModel:
@@ -219,16 +263,15 @@ def _read(
     else:
         camera = _camera_of_tags(tag) if optics is None else tag.camera(optics)
     camera = replace(camera, distortion=lens or camera.distortion)
+    takeoff_amsl_m: AmslM | None = None
+    if tag.altitude_amsl_m is not None and tag.relative_altitude_m is not None:
+        takeoff_amsl_m = home_below_m(tag.altitude_amsl_m, tag.relative_altitude_m)
     if ground_amsl_m is not None:
         if tag.altitude_amsl_m is None:
             raise InputDataError("it has neither AbsoluteAltitude nor GPSAltitude")
-        return _Photo(path, tag, camera, tag.altitude_amsl_m - ground_amsl_m, ground_amsl_m)
+        return _Photo(path, tag, camera, tag.altitude_amsl_m - ground_amsl_m, takeoff_amsl_m)
     if tag.relative_altitude_m is None:
         raise InputDataError("it has no RelativeAltitude; give the altitude of the ground (--ground)")
-    # Without an absolute altitude only the map's scale suffers, by a millionth per six metres.
-    takeoff_amsl_m = SEA_LEVEL
-    if tag.altitude_amsl_m is not None:
-        takeoff_amsl_m = home_below_m(tag.altitude_amsl_m, tag.relative_altitude_m)
     return _Photo(path, tag, camera, tag.relative_altitude_m, takeoff_amsl_m)
 
 
@@ -299,8 +342,9 @@ def _refuse_copy(path: Path, others: Sequence[Path]) -> None:
             raise InputDataError(f"it is a copy of {other.name}")
 
 
-def _placed(photo: _Photo, world: LocalFrame) -> SurveyImage:
-    altitude_m = AmslM(world.origin.altitude_amsl_m + photo.height_m)
+def _placed(photo: _Photo, world: LocalFrame, ground_amsl_m: float | None) -> SurveyImage:
+    below_amsl_m = photo.takeoff_amsl_m if ground_amsl_m is None else ground_amsl_m
+    altitude_m = AmslM((world.origin.altitude_amsl_m if below_amsl_m is None else below_amsl_m) + photo.height_m)
     position = GeodeticPosition(photo.tag.latitude_deg, photo.tag.longitude_deg, altitude_m)
     return SurveyImage(
         photo.path,

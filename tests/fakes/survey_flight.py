@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
+import pyproj
+import rasterio
 from numpy.typing import NDArray
 
 from aos_gcs.geometry.camera import CameraModel
@@ -23,6 +26,20 @@ FOCAL_35MM = 28
 FOCAL_PX = FOCAL_35MM / math.hypot(36, 24) * math.hypot(*SIZE)
 CAMERA = CameraModel.from_fov(*SIZE, 2 * math.atan(SIZE[0] / 2 / FOCAL_PX))
 HOT_M = (3.0, 4.0)
+
+
+def write_flat_terrain(path: Path, height_m: float = TAKEOFF.altitude_amsl_m) -> Path:
+    """Write a GeoTIFF of level ground around the flight."""
+    crs, cell_m, count = "EPSG:32633", 5.0, 60
+    easting_m, northing_m = pyproj.Transformer.from_crs("EPSG:4326", crs, always_xy=True).transform(
+        TAKEOFF.longitude_deg, TAKEOFF.latitude_deg
+    )
+    half_m = cell_m * count / 2.0
+    transform = rasterio.Affine(cell_m, 0.0, easting_m - half_m, 0.0, -cell_m, northing_m + half_m)
+    profile = {"driver": "GTiff", "width": count, "height": count, "count": 1, "dtype": "float32", "crs": crs}
+    with rasterio.open(path, "w", transform=transform, **profile) as dataset:
+        dataset.write(np.full((count, count), height_m, dtype=np.float32), 1)
+    return path
 
 
 def texture(x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -75,6 +92,17 @@ class Photographs:
         image = cv2.imread(str(self.images / name), cv2.IMREAD_UNCHANGED)
         left = {tag: value for tag, value in self.tags[name].items() if tag.partition(":")[2] not in names}
         self.write(name, np.asarray(image, dtype=np.uint8), left)
+
+    def change(self, name: str, **values: object) -> None:
+        """Write a photograph again with other values of some of DJI's tags."""
+        image = cv2.imread(str(self.images / name), cv2.IMREAD_UNCHANGED)
+        changed = {f"drone-dji:{tag}": value for tag, value in values.items()}
+        self.write(name, np.asarray(image, dtype=np.uint8), self.tags[name] | changed)
+
+    def raise_takeoff(self, names: Iterable[str], by_m: float) -> None:
+        """Write photographs again as those of a flight from a higher place, at the same altitude."""
+        for name in names:
+            self.change(name, RelativeAltitude=f"+{HEIGHT_M - by_m:.3f}")
 
     def arguments(self, *options: object) -> list[str]:
         return ["integrate", str(self.images), "--out", str(self.out), *map(str, options)]
