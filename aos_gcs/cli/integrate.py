@@ -15,6 +15,7 @@ from aos_gcs.cli import autofocus_options, result_options, surface_options, surv
 from aos_gcs.cli.result_options import ResultOptions
 from aos_gcs.cli.surface_options import check_raster_options, describe_map, focus_options, virtual_camera
 from aos_gcs.cli.survey_options import CameraOptions, open_survey, report_skipped
+from aos_gcs.cli.terrain_heights import with_terrain_checked
 from aos_gcs.cli.work_options import DEFAULT_MAX_MEMORY_MB, WorkOptions
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.exports.georeference import Georeference, LocalGeoreference, ProjectedGeoreference
@@ -133,7 +134,9 @@ def integrate(
     georeference = _georeference(survey, dem)
     results.check_georeference(georeference)
     virtual = virtual_camera(survey, view, size) if ortho is None else None
-    surface = focus.surface(survey, virtual, skip_broken=skip_broken)
+    terrain = focus.terrain(survey)
+    survey = with_terrain_checked(survey, terrain, dem, dem_offset)
+    surface = focus.surface(survey, terrain, virtual, skip_broken=skip_broken)
     work = Work(
         images=survey.images,
         bands=survey.bands,

@@ -85,24 +85,27 @@ class FocusOptions:
     slopes: tuple[float, float] = (0.0, 0.0)
     """Slopes of the plane: change of z per metre along x and along y."""
     dem: Path | None = None
-    dem_offset_m: float = 0.0
+    dem_offset_m: float | None = None
+    """Shift of the terrain along z; None: none was given."""
     stack: Path | None = None
     """Contact sheet to write."""
 
-    def surface(self, survey: Survey, virtual: tuple[CameraModel, Pose] | None, *, skip_broken: bool) -> FocalSurface:
+    def surface(
+        self, survey: Survey, terrain: Terrain | None, virtual: tuple[CameraModel, Pose] | None, *, skip_broken: bool
+    ) -> FocalSurface:
         """Return the surface.
 
         A plane tilted by hand has its height below the mean of all camera positions.
 
         Args:
             survey: recording whose frames autofocus compares.
+            terrain: the terrain of these options, as :meth:`terrain` returns it.
             virtual: camera whose view autofocus looks at unless it has a region of its own; None for maps.
             skip_broken: skip images that cannot be read.
 
         Raises:
-            ConfigurationError, InputDataError: if a terrain cannot be read or placed, or autofocus finds no height.
+            ConfigurationError, InputDataError: if autofocus finds no height.
         """
-        terrain = self._terrain(survey)
         if not isinstance(self.plane, Autofocus):
             return self._tilted(survey, self.plane) if terrain is None else terrain
         if self.stack is not None:
@@ -113,12 +116,17 @@ class FocusOptions:
         plane = self.plane.plane(survey, region, skip_broken=skip_broken)
         return plane if self.plane.tilt else self._tilted(survey, plane.height_m)
 
-    def _terrain(self, survey: Survey) -> Terrain | None:
+    def terrain(self, survey: Survey) -> Terrain | None:
+        """Return the terrain in the world of a recording, before autofocus; None without one.
+
+        Raises:
+            ConfigurationError, InputDataError: if it cannot be read or placed.
+        """
         if self.dem is None:
             return None
         # A mesh has the coordinates of the poses already.
         origin = survey.origin if is_geotiff(self.dem) else None
-        return read_dem(self.dem, origin, survey.R_file2world).moved(self.dem_offset_m)
+        return read_dem(self.dem, origin, survey.R_file2world).moved(self.dem_offset_m or 0.0)
 
     def _write_stack(
         self,
@@ -193,7 +201,7 @@ def focus_options(
     if autofocus is None and focus_region is not None:
         raise ConfigurationError("--focus-region requires --autofocus.")
     found = 0.0 if autofocus is None else plane_or_autofocus(None, autofocus, focus_region, tilt=False)
-    return FocusOptions(found, dem=dem, dem_offset_m=offset_m or 0.0, stack=stack)
+    return FocusOptions(found, dem=dem, dem_offset_m=offset_m, stack=stack)
 
 
 def check_raster_options(ortho: float | None, view: int | None, size: int | None) -> None:

@@ -181,7 +181,8 @@ class _Recording:
 
     def examination(self) -> Examination:
         """Read the recording; what is worth knowing of it is printed on standard error."""
-        from aos_gcs.examination.prepare import prepared  # noqa: PLC0415 - heavy, only for this command
+        from aos_gcs.cli.terrain_heights import with_terrain_checked  # noqa: PLC0415 - heavy, only for this command
+        from aos_gcs.examination.prepare import prepared  # noqa: PLC0415
         from aos_gcs.surveys.projected import placed  # noqa: PLC0415
 
         if self.system is not None and self.dem is not None and self.origin is None and _is_mesh(self.dem):
@@ -217,7 +218,9 @@ class _Recording:
             remark = self.system.remark(opened.origin)
             if remark is not None:
                 typer.echo(remark, err=True)
-        return prepared(opened, focus.surface(opened, None, skip_broken=True), self.detection)
+        terrain = focus.terrain(opened)
+        opened = with_terrain_checked(opened, terrain, self.dem, self.dem_offset)
+        return prepared(opened, focus.surface(opened, terrain, None, skip_broken=True), self.detection)
 
 
 def _system(name: str | None) -> ProjectedSystem | None:

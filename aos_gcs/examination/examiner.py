@@ -98,6 +98,9 @@ class Examiner:
             RecordingError: the disk is full.
         """
         done = len(self._mission.steps())
+        if not done:
+            for warning in self._work.survey.warnings:
+                await self._mission.notice(Severity.WARNING, printable(warning))
         for window in self._work.windows[:done]:
             await asyncio.to_thread(self._load, window)
         for number, window in enumerate(self._work.windows[done:], start=done + 1):
@@ -118,6 +121,8 @@ class Examiner:
         outcome = Outcome.FOUND if persons else Outcome.NOT_FOUND
         found = f"{persons} possible {'person' if persons == 1 else 'persons'}" if persons else "no person found"
         text = f"{images - len(self._broken)} of {images} pictures examined: {found}{self._limits()}."
+        if self._work.survey.warnings:
+            text += " Read the warnings about heights first."
         await self._recorder.record_outcome(OutcomeRecord(self._clock.utc_s(), outcome, {"images": images}))
         await mission.notice(Severity.INFO, text)
         await mission.update(phase=Phase.DONE, outcome=outcome, message=text)

@@ -13,6 +13,7 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.surveys.radiometric.settings import TemperatureSettings
+from aos_gcs.surveys.takeoffs import Takeoff
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,6 +32,8 @@ class SurveyImage:
     """Settings under which its temperatures are read; None: its picture is read."""
     position_sigma_m: tuple[float, float, float] | None = None
     """Standard deviations of the position along x, y and z; None where they are not recorded."""
+    relative_altitude_m: float | None = None
+    """Height above the place of takeoff as the image tells it; None where it does not."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,3 +55,10 @@ class Survey:
     """Remarks on the recording as a whole, for its operator."""
     warnings: tuple[str, ...] = ()
     """What may make the result wrong, with the remedy; shown beside the result, too."""
+    takeoffs: tuple[Takeoff, ...] = ()
+    """Places of takeoff of photographs; none where their altitudes are not told."""
+
+    @property
+    def lacks_altitudes(self) -> bool:
+        """Whether images tell heights above their place of takeoff, but not its altitude: it counts as sea level."""
+        return not self.takeoffs and any(image.relative_altitude_m is not None for image in self.images)

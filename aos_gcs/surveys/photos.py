@@ -118,7 +118,7 @@ def read_photos(
     photos = _together(photos, left_out, folder)
     takeoffs = group_takeoffs([photo.takeoff_amsl_m for photo in photos])
     photos = _with_shared_takeoffs(photos, takeoffs)
-    # Without any altitude only the map's scale suffers, by a millionth per six metres; terrain cannot be placed.
+    # Without any altitude the map's scale suffers, by a millionth per six metres, and terrain lies at a wrong height.
     takeoff_amsl_m = takeoffs[0].altitude_amsl_m if takeoffs else SEA_LEVEL
     ground = takeoff_amsl_m if ground_amsl_m is None else AmslM(ground_amsl_m)
     world = LocalFrame(GeodeticPosition(photos[0].tag.latitude_deg, photos[0].tag.longitude_deg, ground))
@@ -126,7 +126,7 @@ def read_photos(
         replace(_placed(photo, world, ground_amsl_m), dtype=dtype, temperatures=temperatures) for photo in photos
     )
     warnings = () if ground_amsl_m is not None else _takeoff_warnings(photos, takeoffs, folder, on_terrain=on_terrain)
-    return Survey(images, bands, world.origin, left_out, remarks=_remarks(photos), warnings=warnings)
+    return Survey(images, bands, world.origin, left_out, remarks=_remarks(photos), warnings=warnings, takeoffs=takeoffs)
 
 
 def _with_shared_takeoffs(photos: Sequence[_Photo], takeoffs: Sequence[Takeoff]) -> list[_Photo]:
@@ -352,4 +352,5 @@ def _placed(photo: _Photo, world: LocalFrame, ground_amsl_m: float | None) -> Su
         photo.camera,
         taken_at_s=photo.tag.utc_s,
         position_sigma_m=photo.tag.position_sigma_m,
+        relative_altitude_m=photo.tag.relative_altitude_m,
     )
