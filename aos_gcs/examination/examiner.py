@@ -104,14 +104,19 @@ class Examiner:
         for window in self._work.windows[:done]:
             await asyncio.to_thread(self._load, window)
         for number, window in enumerate(self._work.windows[done:], start=done + 1):
-            total, first, last = len(self._work.windows), window.first + 1, window.end
-            message = (
-                f"Examining pictures {first} to {last} of {len(self._work.survey.images)}, window {number} of {total}"
-            )
-            await self._mission.update(message=message)
+            await self._mission.update(message=self._progress(number, window))
             await self._examine(number, window)
             await self._recorder.flush()
         await self._conclude()
+
+    def _progress(self, number: int, window: FrameWindow) -> str:
+        first, last, count = window.first + 1, window.last + 1, len(window.frames)
+        # Between them may be pictures of another flight.
+        some = f"{count} of the " if count < last - window.first else ""
+        total = len(self._work.windows)
+        return (
+            f"Examining {some}pictures {first} to {last} of {len(self._work.survey.images)}, window {number} of {total}"
+        )
 
     async def _conclude(self) -> None:
         mission, images = self._mission, len(self._work.survey.images)
@@ -143,11 +148,15 @@ class Examiner:
         for index in broken:
             await self._mission.notice(Severity.INFO, f"Picture left out: {self._broken[index]}")
         frames = [
-            replace(self._read[index], vehicle_id=index - window.first + 1)
-            for index in window.frames
+            replace(self._read[index], vehicle_id=number_in_window)
+            for number_in_window, index in enumerate(window.frames, start=1)
             if index in self._read
         ]
-        missing = {index - window.first + 1: self._broken[index] for index in window.frames if index in self._broken}
+        missing = {
+            number_in_window: self._broken[index]
+            for number_in_window, index in enumerate(window.frames, start=1)
+            if index in self._broken
+        }
         found = WindowFound((), 0.0, {})
         if frames:
             found = await self._search(frames, missing)
@@ -201,7 +210,7 @@ class Examiner:
 
     async def _record_frames(self, number: int, window: FrameWindow, frames: Sequence[Frame]) -> None:
         for frame in frames:
-            index = window.first + frame.vehicle_id - 1
+            index = window.frames[frame.vehicle_id - 1]
             image = self._work.survey.images[index]
             capture = Capture(
                 vehicle_id=frame.vehicle_id,

@@ -143,6 +143,7 @@ async def _open(survey: SurveyFolder, clock: Clock) -> AsyncIterator[tuple[Surve
             mission, examiner = SurveyMission(state, recorder, clock), None
             if not state.is_finished and survey.prepare is not None:
                 examination = await asyncio.to_thread(survey.prepare)
+                _require_its_windows(folder, examination, state.snapshot.step)
                 examiner = _examiner(examination, mission, recorder, clock)
             yield mission, examiner
 
@@ -198,6 +199,22 @@ def _known(survey: SurveyFolder) -> SurveyState | None:
                 "--out, or remove it."
             )
         return restored(reader)
+
+
+def _require_its_windows(folder: Path, examination: Examination, done: int) -> None:
+    """Refuse to continue what another version of the program has begun with other windows: it would leave out ground.
+
+    Raises:
+        ConfigurationError: the record has frames of a window that are not in it now.
+    """
+    windows = examination.windows
+    with MissionReader(folder) as reader:
+        kept = [(entry.step, entry.image_index) for entry in reader.frames() if 1 <= entry.step <= done]
+    if done > len(windows) or any(index not in windows[step - 1].frames for step, index in kept):
+        raise ConfigurationError(
+            f"{folder} was begun by another version of aos-gcs, which examined other pictures together: name another "
+            "folder with --out, or remove it."
+        )
 
 
 def _place(name: str, examination: Examination) -> SurveyPlace:

@@ -55,6 +55,16 @@ class FrameEntry:
         with _explained(self.path, "number"):
             return int(typed(self._row, "id", int))
 
+    @property
+    def image_index(self) -> int:
+        """Number of the image at its vehicle, in a survey its index in the recording.
+
+        Raises:
+            InputDataError: the row is damaged.
+        """
+        with _explained(self.path, "image index"):
+            return int(typed(self._row, "image_index", int))
+
     def bands(self) -> tuple[str, ...]:
         """Return what the channels of the image are.
 

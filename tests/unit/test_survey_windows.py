@@ -13,7 +13,7 @@ from aos_gcs.errors import ImagingError
 from aos_gcs.examination.overview import overview_grid
 from aos_gcs.examination.reduction import reduced
 from aos_gcs.examination.search import Candidate, apart
-from aos_gcs.examination.windows import ExaminedGround, FrameWindow, examined_ground, plan_windows
+from aos_gcs.examination.windows import ExaminedGround, FrameWindow, examined_ground, plan_windows, runs
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose, nadir_pose
 from aos_gcs.geometry.projection import project_points
@@ -29,8 +29,37 @@ class View:
     pose: Pose
 
 
-def flight(count: int, spacing_m: float) -> list[View]:
-    return [View(CAMERA, nadir_pose([spacing_m * index, 0.0, 30.0])) for index in range(count)]
+def flight(count: int, spacing_m: float, north_m: float = 0.0) -> list[View]:
+    return [View(CAMERA, nadir_pose([spacing_m * index, north_m, 30.0])) for index in range(count)]
+
+
+def window(first: int, end: int) -> FrameWindow:
+    return FrameWindow(tuple(range(first, end)))
+
+
+def former_windows(views: list[View]) -> list[tuple[int, int]]:
+    """Return the windows that recorded surveys have: frames as they follow each other, first ones and ends."""
+    reach_m, found, first = 2.0 * 60.0 / np.sqrt(3.0), [], 0
+    while True:
+        end = min(first + 30, len(views))
+        for index in range(first + 1, end):
+            if np.linalg.norm((views[index].pose.position_enu_m - views[first].pose.position_enu_m)[:2]) > reach_m:
+                end = index
+                break
+        end = min(max(end, first + 2), len(views))
+        found.append((first, end))
+        if end == len(views):
+            return found
+        first = max(first + 1, min(first + round(2 / 3 * (end - first)), len(views) - 2))
+
+
+def lanes(count: int, length: int, spacing_m: float, *, to_and_fro: bool) -> list[View]:
+    """Return lanes 12 m apart, flown alternately or all eastwards."""
+    return [
+        view
+        for lane in range(count)
+        for view in flight(length, spacing_m, 12.0 * lane)[:: -1 if to_and_fro and lane % 2 else 1]
+    ]
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 29, 30, 31, 47, 192])
@@ -39,7 +68,7 @@ def test_windows_hold_every_frame_with_its_neighbour(count: int, spacing_m: floa
     windows = plan_windows(flight(count, spacing_m), 0.0)
     assert sorted({index for window in windows for index in window.frames}) == list(range(count))
     assert all(2 <= len(window.frames) <= 30 for window in windows) or count == 1
-    assert all(one.first < other.first < one.end for one, other in pairwise(windows))
+    assert all(one.first < other.first <= one.last for one, other in pairwise(windows))
 
 
 def test_frames_that_share_no_ground_are_not_in_one_window() -> None:
@@ -47,9 +76,64 @@ def test_frames_that_share_no_ground_are_not_in_one_window() -> None:
     assert max(len(window.frames) for window in plan_windows(flight(60, 10.0), 0.0)) == 7
 
 
+@pytest.mark.parametrize(
+    "views",
+    [
+        flight(100, 3.0),
+        [*flight(20, 3.0), *flight(20, 3.0, 500.0), *flight(20, 3.0)],
+        flight(40, 300.0),
+        lanes(6, 25, 4.0, to_and_fro=True),
+        lanes(6, 25, 9.0, to_and_fro=False),
+        lanes(6, 40, 20.0, to_and_fro=False),
+    ],
+    ids=["line", "two places in turn", "no overlap", "lanes to and fro", "one-way lanes", "wide one-way lanes"],
+)
+def test_windows_of_one_drone_are_those_of_recorded_surveys(views: list[View]) -> None:
+    windows = plan_windows(views, 0.0)
+    assert [(one.first, one.last + 1) for one in windows] == former_windows(views)
+    assert all(one.frames == tuple(range(one.first, one.last + 1)) for one in windows)
+
+
+@pytest.mark.parametrize("apart_m", [60.0, 150.0])
+@pytest.mark.parametrize("drones", [2, 5])
+def test_drones_whose_pictures_alternate_have_the_windows_of_each(drones: int, apart_m: float) -> None:
+    alone = [
+        [
+            View(CAMERA, nadir_pose(view.pose.position_enu_m + np.array([0.0, (30.0 + apart_m) * number, 0.0])))
+            for view in lanes(3, 20, 4.0, to_and_fro=True)
+        ]
+        for number in range(drones)
+    ]
+    windows = plan_windows([view for together in zip(*alone, strict=True) for view in together], 0.0)
+    for number, views in enumerate(alone):
+        own = [one for one in windows if one.first % drones == number]
+        assert [one.frames for one in own] == [
+            tuple(drones * index + number for index in one.frames) for one in plan_windows(views, 0.0)
+        ]
+
+
+def test_a_drone_that_pauses_while_another_flies_is_continued_as_a_new_flight() -> None:
+    """Pictures that are hours apart are in one folder, too; only those taken about the same time are one flight."""
+    one, other = flight(20, 3.0), flight(80, 3.0, 500.0)
+    views = [*one[:5], *other[:4], *one[5:10], *other[4:], *one[10:]]
+    found = runs(views, 0.0)
+    assert [len(run) for run in found] == [10, 80, 10]
+    assert sorted(index for run in found for index in run) == list(range(100))
+
+
+def test_drones_that_meet_share_windows() -> None:
+    one = flight(30, 3.0)
+    other = [View(CAMERA, nadir_pose([87.0 - 3.0 * index, 5.0, 30.0])) for index in range(30)]
+    views = [view for pair in zip(one, other, strict=True) for view in pair]
+    windows = plan_windows(views, 0.0)
+    assert {index for found in windows for index in found.frames} == set(range(60))
+    assert any({index % 2 for index in found.frames} == {0, 1} for found in windows)
+    assert examined_ground(views, windows, 0.0).share > 0.95
+
+
 def test_ground_that_several_windows_examine_counts_as_often() -> None:
     views = [*flight(4, 0.1), *flight(4, 0.1)]
-    once, twice = (FrameWindow(0, 4),), (FrameWindow(0, 4), FrameWindow(4, 8))
+    once, twice = (window(0, 4),), (window(0, 4), window(4, 8))
     assert examined_ground(views, once, 0.0).windows_per_place == pytest.approx(1.0)
     assert examined_ground(views, twice, 0.0).windows_per_place == pytest.approx(2.0)
     # Elsewhere each has ground of its own, and what one frame alone sees is not examined.
@@ -58,7 +142,7 @@ def test_ground_that_several_windows_examine_counts_as_often() -> None:
 
 
 def test_ground_in_one_frame_alone_is_not_examined() -> None:
-    assert examined_ground(flight(1, 1.0), (FrameWindow(0, 1),), 0.0) == ExaminedGround(0.0, 1.0)
+    assert examined_ground(flight(1, 1.0), (window(0, 1),), 0.0) == ExaminedGround(0.0, 1.0)
     # Footprints of 35 m: half of what three frames see is in two of them.
     views = flight(3, 17.3)
     assert examined_ground(views, plan_windows(views, 0.0), 0.0).share == pytest.approx(0.5, abs=0.05)
@@ -76,7 +160,7 @@ def test_flights_far_apart_take_no_more_memory_than_near_ones() -> None:
     """Two sites 50 km apart, and a camera that sees to the horizon."""
     far = [View(CAMERA, nadir_pose([50e3 + 5.0 * index, 40e3, 30.0])) for index in range(6)]
     views = [*flight(6, 5.0), *far]
-    windows = FrameWindow(0, 6), FrameWindow(6, 12)
+    windows = window(0, 6), window(6, 12)
     tracemalloc.start()
     both = examined_ground(views, windows, 0.0)
     high = [View(view.camera, nadir_pose([0.0, 0.0, 20e3])) for view in views]
