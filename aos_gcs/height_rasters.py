@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from aos_gcs.errors import InputDataError
 from aos_gcs.input_values import require_file
 
+LEAST_M, GREATEST_M = -500.0, 9000.0
+"""Heights on the earth, with some room."""
 _METRES = frozenset({"", "m", "metre", "meter", "metres", "meters"})
 _COLOURS = frozenset({"palette", "red", "green", "blue", "alpha", "cyan", "magenta", "yellow", "black"})
 _LEAST_TEXT_BYTES = 2
@@ -102,6 +104,42 @@ def _may_have_holes(dataset: Any, heights: NDArray[Any]) -> bool:
 def _spans(least: float, most: float, value: float) -> bool:
     slack = 1.0 + 1e-3 * abs(value)
     return least - slack <= value <= most + slack
+
+
+def refuse_impossible(heights: NDArray[np.floating[Any]], name: str) -> None:
+    """Refuse heights that no place on earth has; what is not known, NaN, is none.
+
+    Args:
+        heights: heights in metres.
+        name: what their file is called in errors.
+
+    Raises:
+        InputDataError: there are some, most likely holes that the file does not declare, or feet.
+    """
+    least, most = float(np.fmin.reduce(heights, axis=None)), float(np.fmax.reduce(heights, axis=None))
+    if least < LEAST_M:
+        raise InputDataError(
+            f"{name} has heights of {least:g} m: declare them as holes (gdal_edit -a_nodata {least:g})."
+        )
+    if most > GREATEST_M:
+        raise InputDataError(
+            f"{name} has heights of {most:g}: no place on earth is so high. Are they in feet? Convert them to metres."
+        )
+
+
+def unwrapped(longitudes: NDArray[np.float64], about: float, turn: float = 360.0) -> NDArray[np.float64]:
+    """Return longitudes across the meridian where they end, within half a turn of another.
+
+    Those that are not finite stay as they are.
+
+    Args:
+        longitudes: longitudes in units of which a turn has so many.
+        about: longitude to be near to.
+        turn: a whole turn.
+    """
+    with np.errstate(invalid="ignore"):
+        turned = longitudes - turn * np.rint((longitudes - about) / turn)
+    return np.where(np.isfinite(turned), turned, longitudes)
 
 
 def gdal_reason(error: Exception) -> str:

@@ -33,6 +33,7 @@ from aos_gcs.surveys.levels import pixel_size_m
 from aos_gcs.surveys.model import Survey
 from aos_gcs.surveys.poses_file import Z_DOWN
 from aos_gcs.surveys.rasters import SurveyRasters
+from aos_gcs.surveys.seen_ground import share_without_height
 from aos_gcs.surveys.significance import DEFAULT_FALSE_ALARMS_PER_HA, significance
 from aos_gcs.surveys.tiles import Tile, ViewTile, map_tiles
 
@@ -155,6 +156,16 @@ def integrate(
         results.write(rasters, survey.bands, None, _significances(rasters, pixel_size_m(*virtual, surface)))
     else:
         _integrate_map(options, work, ortho or math.nan, georeference, results)
+    _report_ground_without_height(survey, surface, dem)
+
+
+def _report_ground_without_height(survey: Survey, surface: FocalSurface, dem: Path | None) -> None:
+    """Print how much of what the images show is in no result, as its height is not known, on standard error."""
+    if dem is None or not isinstance(surface, Terrain):
+        return
+    percent = 100.0 * share_without_height(survey.images, surface)
+    if percent >= 0.5:
+        typer.echo(printable(f"{percent:.0f} % of the photographed ground has no height in {dem.name}"), err=True)
 
 
 def _integrate_map(

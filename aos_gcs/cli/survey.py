@@ -220,7 +220,8 @@ class _Recording:
                 typer.echo(remark, err=True)
         terrain = focus.terrain(opened)
         opened = with_terrain_checked(opened, terrain, self.dem, self.dem_offset)
-        return prepared(opened, focus.surface(opened, terrain, None, skip_broken=True), self.detection)
+        terrain_name = "" if self.dem is None else printable(self.dem.name)
+        return prepared(opened, focus.surface(opened, terrain, None, skip_broken=True), self.detection, terrain_name)
 
 
 def _system(name: str | None) -> ProjectedSystem | None:

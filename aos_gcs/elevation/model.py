@@ -16,9 +16,10 @@ from aos_gcs.elevation.datum import SIGMA_THROUGH_GRIDS_M, SIGMA_TO_EGM96_M, Sta
 from aos_gcs.elevation.geoid import Geoid
 from aos_gcs.elevation.merged import MergedHeights
 from aos_gcs.elevation.suspects import Holes, SuspectedHoles, overlaps, zeros_at_a_step
-from aos_gcs.elevation.tile import BLOCK_CELLS, BlockCache, ElevationTile, block_counts, unwrapped
+from aos_gcs.elevation.tile import BLOCK_CELLS, BlockCache, ElevationTile, block_counts
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.extras import load_extra
+from aos_gcs.height_rasters import unwrapped
 
 MAX_CACHED_BYTES = 32_000_000
 """Memory of the blocks that were used last: 30 of 512 x 512 heights."""

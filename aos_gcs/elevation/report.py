@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.elevation.model import ElevationModel, ModelKind
 from aos_gcs.elevation.suspects import Holes
-from aos_gcs.elevation.tile import unwrapped
+from aos_gcs.height_rasters import unwrapped
 
 MAX_COUNTED_CELLS = 250_000_000
 """Most cells that are looked through for holes: a minute or so."""

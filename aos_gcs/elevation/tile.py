@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from aos_gcs.elevation.datum import StatedDatum, stated_datum
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.extras import load_extra
-from aos_gcs.height_rasters import check_file, check_heights, gdal_reason, read_heights
+from aos_gcs.height_rasters import check_file, check_heights, gdal_reason, read_heights, refuse_impossible
 
 BLOCK_CELLS = 512
 """Edge of the blocks that are read."""
@@ -26,9 +26,6 @@ _GDAL_OPTIONS = {"GDAL_CACHEMAX": 32}
 
 _MAX_BLOCK_BYTES = 64_000_000
 """Largest part of a file that is read at once."""
-
-LEAST_M, GREATEST_M = -500.0, 9000.0
-"""Heights on the earth, with some room."""
 
 
 class ElevationTile:
@@ -143,7 +140,7 @@ class ElevationTile:
                     self._blank_unwritten(heights, row, column)
         except self._rasterio.errors.RasterioError as error:
             raise InputDataError(f"The elevation model {self.path} cannot be read: {gdal_reason(error)}.") from error
-        self._refuse_impossible(heights)
+        refuse_impossible(heights, f"The elevation model {self.path}")
         return heights
 
     def _blank_unwritten(self, heights: NDArray[np.float32], row: int, column: int) -> None:
@@ -165,19 +162,6 @@ class ElevationTile:
                 f"The elevation model {self.path} is stored in blocks of {rows} x {columns} heights, "
                 f"{block_bytes / 1e6:,.0f} MB each, which are read as a whole: store it in tiles (gdal_translate -co "
                 "TILED=YES IN OUT)."
-            )
-
-    def _refuse_impossible(self, heights: NDArray[np.float32]) -> None:
-        least, most = float(np.fmin.reduce(heights, axis=None)), float(np.fmax.reduce(heights, axis=None))
-        if least < LEAST_M:
-            raise InputDataError(
-                f"The elevation model {self.path} has heights of {least:g} m: declare them as holes "
-                f"(gdal_edit -a_nodata {least:g})."
-            )
-        if most > GREATEST_M:
-            raise InputDataError(
-                f"The elevation model {self.path} has heights of {most:g}: no place on earth is so high. Are they in "
-                "feet? Convert them to metres."
             )
 
     def close(self) -> None:
@@ -215,18 +199,3 @@ class BlockCache:
 def block_counts(tile: ElevationTile) -> tuple[int, int]:
     """Return how many blocks a tile has along its rows' and its columns' axis."""
     return math.ceil(tile.rows / BLOCK_CELLS), math.ceil(tile.columns / BLOCK_CELLS)
-
-
-def unwrapped(longitudes: NDArray[np.float64], about: float, turn: float = 360.0) -> NDArray[np.float64]:
-    """Return longitudes across the meridian where they end, within half a turn of another.
-
-    Those that are not finite stay as they are.
-
-    Args:
-        longitudes: longitudes in units of which a turn has so many.
-        about: longitude to be near to.
-        turn: a whole turn.
-    """
-    with np.errstate(invalid="ignore"):
-        turned = longitudes - turn * np.rint((longitudes - about) / turn)
-    return np.where(np.isfinite(turned), turned, longitudes)

@@ -15,7 +15,7 @@ from aos_gcs.examination.overview import Overview
 from aos_gcs.examination.reduction import reduced
 from aos_gcs.examination.search import Candidate, SearchSettings, WindowFound, search_window
 from aos_gcs.examination.survey_mission import SurveyMission
-from aos_gcs.examination.windows import FrameWindow, ground_height_m
+from aos_gcs.examination.windows import FrameWindow, examined_ground
 from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.geometry.projection import project_points
 from aos_gcs.imaging.model import Frame
@@ -34,10 +34,14 @@ from aos_gcs.store.recorder import MissionRecorder
 from aos_gcs.surveys.anomalies import PERSON_M
 from aos_gcs.surveys.images import read_frame
 from aos_gcs.surveys.model import Survey, SurveyImage
+from aos_gcs.surveys.seen_ground import ground_height_m, seen_ground
 from aos_gcs.surveys.significance import MIN_VIEWS
 
 _WHOLE = 0.8
 """Share of the ground from which all of it counts as examined: single frames see the edges of every flight."""
+
+_LEAST_PERCENT = 0.5
+"""Share of the ground without a height from which a result says so, in percent: what rounds to 1 %."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,8 +57,8 @@ class Examination:
     settings: SearchSettings
     ground_m: float
     """Height of the ground where the surface is not known."""
-    share_examined: float
-    """Share of the ground in view that is in enough frames of a window: elsewhere nothing can be found."""
+    terrain_name: str = ""
+    """Name of the file with the heights of the ground; empty where it is level."""
 
 
 class Examiner:
@@ -85,6 +89,8 @@ class Examiner:
         """Frames of the latest window, by their indices in the survey."""
         self._broken: dict[int, str] = {}
         """Reasons why images cannot be read, by their indices."""
+        self._unusable: set[int] = set()
+        """Indices of the images that were read, and reported to take no part."""
         self._overview = Overview(examination.survey.images, examination.bands, examination.ground_m)
         self._shown: set[int] = set()
         """Indices of the images that the overview holds."""
@@ -125,7 +131,10 @@ class Examiner:
             raise InputDataError(f"None of the {images} images can be read: {next(iter(self._broken.values()))}")
         outcome = Outcome.FOUND if persons else Outcome.NOT_FOUND
         found = f"{persons} possible {'person' if persons == 1 else 'persons'}" if persons else "no person found"
-        text = f"{images - len(self._broken)} of {images} pictures examined: {found}{self._limits()}."
+        took_part = self._took_part()
+        examined = len({index for window in took_part for index in window})
+        limits = await asyncio.to_thread(self._limits, took_part)
+        text = f"{examined} of {images} pictures examined: {found}{limits}"
         if self._work.survey.warnings:
             text += " Read the warnings about heights first."
         await self._recorder.record_outcome(OutcomeRecord(self._clock.utc_s(), outcome, {"images": images}))
@@ -133,14 +142,34 @@ class Examiner:
         await mission.update(phase=Phase.DONE, outcome=outcome, message=text)
         await self._recorder.flush()
 
-    def _limits(self) -> str:
-        """Return what a searcher must know of a result: where nothing could be found."""
-        share = self._work.share_examined
-        if share <= 0.0:
-            return f", as no place is in {MIN_VIEWS} successive pictures: only pictures that overlap can be examined"
-        if share < _WHOLE:
-            return f", in the {100.0 * share:.0f} % of the ground that {MIN_VIEWS} successive pictures or more show"
-        return ""
+    def _took_part(self) -> list[list[int]]:
+        """Return the indices of the frames of each window that were examined in it."""
+        return [
+            [index for number, index in enumerate(window.frames, start=1) if number not in step.missing]
+            for window, step in zip(self._work.windows, self._mission.steps(), strict=True)
+        ]
+
+    def _limits(self, took_part: Sequence[Sequence[int]]) -> str:
+        """Return the end of a result's sentence, and what a searcher must know of it: where nothing could be found."""
+        work = self._work
+        seen = seen_ground(work.survey.images, work.surface, work.ground_m)
+        percent = 100.0 * seen.share_unknown
+        known, unknown = "", ""
+        if percent >= _LEAST_PERCENT:
+            known = " with a height"
+            unknown = f" {percent:.0f} % of the photographed ground has no height in {work.terrain_name}: not examined."
+        share = examined_ground(seen, took_part).share
+        limit = ""
+        if share <= 0.0 and seen.known:
+            limit = (
+                f", as no place{known} is in {MIN_VIEWS} successive pictures: only pictures that overlap can be "
+                "examined"
+            )
+        elif 0.0 < share < _WHOLE:
+            limit = (
+                f", in the {100.0 * share:.0f} % of the ground{known} that {MIN_VIEWS} successive pictures or more show"
+            )
+        return f"{limit}.{unknown}"
 
     async def _examine(self, number: int, window: FrameWindow) -> None:
         began_s = self._clock.now_s()
@@ -159,7 +188,7 @@ class Examiner:
         }
         found = WindowFound((), 0.0, {})
         if frames:
-            found = await self._search(frames, missing)
+            found = await self._search(window, frames, missing)
         await self._record_frames(number, window, frames)
         record = self._step(number, frames, found, missing | dict(found.left_out))
         await self._mission.add_step(
@@ -173,15 +202,22 @@ class Examiner:
                 await self._mission.notice(Severity.INFO, f"Finding {finding.finding_id}: {what}")
         await self._mission.update(step=number)
 
-    async def _search(self, frames: Sequence[Frame], missing: dict[int, str]) -> WindowFound:
+    async def _search(self, window: FrameWindow, frames: Sequence[Frame], missing: dict[int, str]) -> WindowFound:
         search = partial(search_window, frames, self._work.surface, self._work.settings)
         try:
-            return await asyncio.to_thread(search)
+            found = await asyncio.to_thread(search)
         except ImagingError as error:
             if len(missing) + len(frames) == len(self._work.survey.images):
                 raise
             await self._mission.notice(Severity.INFO, f"A window is left out: {error}")
-            return WindowFound((), 0.0, {})
+            return WindowFound((), 0.0, {frame.vehicle_id: str(error) for frame in frames})
+        for number, reason in found.left_out.items():
+            index = window.frames[number - 1]
+            if index not in self._unusable:
+                self._unusable.add(index)
+                name = printable(self._work.survey.images[index].path.name)
+                await self._mission.notice(Severity.INFO, f"Picture left out: {name}: {reason}")
+        return found
 
     def _load(self, window: FrameWindow) -> list[int]:
         """Read the frames of a window that are not read yet; return the indices of those that newly cannot be."""

@@ -10,20 +10,22 @@ import numpy as np
 from aos_gcs.errors import InputDataError
 from aos_gcs.examination.examiner import Examination
 from aos_gcs.examination.search import SearchSettings
-from aos_gcs.examination.windows import examined_ground, ground_height_m, plan_windows
+from aos_gcs.examination.windows import examined_ground, plan_windows
 from aos_gcs.imaging.geolocation import Uncertainty
 from aos_gcs.imaging.views import FocalSurface
 from aos_gcs.surveys.model import Survey
+from aos_gcs.surveys.seen_ground import ground_height_m, seen_ground
 from aos_gcs.surveys.window_anomalies import Detection
 
 
-def prepared(survey: Survey, surface: FocalSurface, detection: Detection) -> Examination:
+def prepared(survey: Survey, surface: FocalSurface, detection: Detection, terrain_name: str = "") -> Examination:
     """Return the examination of a recording.
 
     Args:
         survey: recording in an east-north-up world.
         surface: ground, in that world.
         detection: detector, and its limits.
+        terrain_name: name of the file with the heights of the ground, for texts.
 
     Raises:
         InputDataError: the ground is below no image.
@@ -33,12 +35,13 @@ def prepared(survey: Survey, surface: FocalSurface, detection: Detection) -> Exa
         raise InputDataError("No image was taken above the terrain: check that both are in the same world.")
     windows = plan_windows(survey.images, ground_m)
     # The rate is that of the survey: what several windows examine is given to chance as often.
-    examined = examined_ground(survey.images, windows, ground_m)
+    seen = seen_ground(survey.images, surface, ground_m)
+    examined = examined_ground(seen, [window.frames for window in windows])
     rate_per_ha = detection.false_alarms_per_ha / examined.windows_per_place
     settings = SearchSettings(replace(detection, false_alarms_per_ha=rate_per_ha), _uncertainty(survey))
     # A thermal recording is a grey picture to its files.
     bands = ("thermal",) if survey.bands == ("grey",) else survey.bands
-    return Examination(survey, bands, surface, windows, settings, ground_m, examined.share)
+    return Examination(survey, bands, surface, windows, settings, ground_m, terrain_name)
 
 
 def _uncertainty(survey: Survey) -> Uncertainty:

@@ -157,7 +157,11 @@ def test_a_terrain_needs_an_extent(heights: NDArray[np.float64], spacing_m: floa
 
 
 def write_geotiff(
-    path: Path, heights: NDArray[np.float32], transform: tuple[float, ...], crs: str | None = None
+    path: Path,
+    heights: NDArray[np.float32],
+    transform: tuple[float, ...],
+    crs: str | None = None,
+    nodata: float | None = -9999.0,
 ) -> None:
     rasterio = pytest.importorskip("rasterio", reason="rasterio (the extra 'geo') is not installed")
     rows, columns = heights.shape
@@ -171,7 +175,7 @@ def write_geotiff(
         dtype="float32",
         transform=rasterio.Affine(*transform),
         crs=crs,
-        nodata=-9999.0,
+        nodata=nodata,
     ) as dataset:
         dataset.write(heights, 1)
 
@@ -205,6 +209,35 @@ def test_geotiff_about_an_origin(tmp_path: Path, crs: str) -> None:
     terrain = read_dem(path, ORIGIN)
     for x, y in ((0.0, 0.0), (30.0, -20.0), (-40.0, 35.0)):
         assert terrain.z_m(x, y) == pytest.approx(20.0 + 0.1 * x - 0.05 * y, abs=0.01)
+
+
+@pytest.mark.parametrize("turns", [-1, 0, 1])
+@pytest.mark.parametrize("origin_deg", [179.9999, -179.9999])
+def test_terrain_in_degrees_across_the_180th_meridian_is_whole(tmp_path: Path, turns: int, origin_deg: float) -> None:
+    step, rows, columns = 1e-5, *np.mgrid[0:200, 0:200]
+    path = tmp_path / "dem.tif"
+    heights = (20.0 + 0.02 * (columns - 99.5) - 0.03 * (rows - 99.5)).astype(np.float32)
+    west_deg, north_deg = 180.0 + 360.0 * turns - 100 * step, -17.0 + 100 * step
+    write_geotiff(path, heights, (step, 0.0, west_deg, 0.0, -step, north_deg), "EPSG:4326")
+    terrain = read_dem(path, GeodeticPosition(-17.0, origin_deg, 0.0))
+    for column, row in ((10, 100), (99, 99), (100, 150), (190, 20)):
+        latitude_deg, longitude_deg = north_deg - (row + 0.5) * step, west_deg + (column + 0.5) * step
+        east_m, north_m, _ = pymap3d.geodetic2enu(latitude_deg, longitude_deg, 20.0, -17.0, origin_deg, 0.0)
+        assert terrain.z_m(east_m, north_m) == pytest.approx(heights[row, column], abs=0.01)
+    assert np.isfinite(terrain.heights_m).mean() > 0.98
+
+
+@pytest.mark.parametrize(
+    ("height_m", "message"),
+    [(-9999.0, r"has heights of -9999 m: declare them as holes \(gdal_edit -a_nodata -9999\)"), (29000.0, "in feet")],
+)
+def test_geotiffs_with_heights_of_no_place_on_earth_are_refused(tmp_path: Path, height_m: float, message: str) -> None:
+    heights = np.full((20, 20), 600.0, dtype=np.float32)
+    heights[3:5, 7:9] = height_m
+    path = tmp_path / "dem.tif"
+    write_geotiff(path, heights, (1.0, 0.0, 5.0, 0.0, -1.0, 9.0), nodata=None)
+    with pytest.raises(InputDataError, match=f"The terrain .*{message}"):
+        read_dem(path)
 
 
 def test_geotiffs_that_cannot_be_placed_are_refused(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tracemalloc
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -16,10 +17,14 @@ from aos_gcs.examination.search import Candidate, apart
 from aos_gcs.examination.windows import ExaminedGround, FrameWindow, examined_ground, plan_windows, runs
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose, nadir_pose
-from aos_gcs.geometry.projection import project_points
+from aos_gcs.geometry.projection import Plane, project_points
 from aos_gcs.imaging.model import Frame
 from aos_gcs.imaging.persons.decision import FindingKind, Verdict
+from aos_gcs.imaging.surfaces.terrain import Terrain
+from aos_gcs.imaging.views import FocalSurface
+from aos_gcs.surveys.seen_ground import seen_ground, share_without_height
 
+LEVEL = Plane(0.0)
 CAMERA = CameraModel.from_fov(64, 48, np.radians(60.0))
 
 
@@ -35,6 +40,10 @@ def flight(count: int, spacing_m: float, north_m: float = 0.0) -> list[View]:
 
 def window(first: int, end: int) -> FrameWindow:
     return FrameWindow(tuple(range(first, end)))
+
+
+def examined(views: list[View], windows: Sequence[FrameWindow], surface: FocalSurface = LEVEL) -> ExaminedGround:
+    return examined_ground(seen_ground(views, surface, 0.0), [one.frames for one in windows])
 
 
 def former_windows(views: list[View]) -> list[tuple[int, int]]:
@@ -128,26 +137,54 @@ def test_drones_that_meet_share_windows() -> None:
     windows = plan_windows(views, 0.0)
     assert {index for found in windows for index in found.frames} == set(range(60))
     assert any({index % 2 for index in found.frames} == {0, 1} for found in windows)
-    assert examined_ground(views, windows, 0.0).share > 0.95
+    assert examined(views, windows).share > 0.95
 
 
 def test_ground_that_several_windows_examine_counts_as_often() -> None:
     views = [*flight(4, 0.1), *flight(4, 0.1)]
     once, twice = (window(0, 4),), (window(0, 4), window(4, 8))
-    assert examined_ground(views, once, 0.0).windows_per_place == pytest.approx(1.0)
-    assert examined_ground(views, twice, 0.0).windows_per_place == pytest.approx(2.0)
+    assert examined(views, once).windows_per_place == pytest.approx(1.0)
+    assert examined(views, twice).windows_per_place == pytest.approx(2.0)
     # Elsewhere each has ground of its own, and what one frame alone sees is not examined.
     apart_views = [*flight(4, 0.1), *[View(CAMERA, nadir_pose([200.0 + 0.1 * index, 0.0, 30.0])) for index in range(4)]]
-    assert examined_ground(apart_views, twice, 0.0).windows_per_place == pytest.approx(1.0)
+    assert examined(apart_views, twice).windows_per_place == pytest.approx(1.0)
 
 
 def test_ground_in_one_frame_alone_is_not_examined() -> None:
-    assert examined_ground(flight(1, 1.0), (window(0, 1),), 0.0) == ExaminedGround(0.0, 1.0)
+    assert examined(flight(1, 1.0), (window(0, 1),)) == ExaminedGround(0.0, 1.0)
     # Footprints of 35 m: half of what three frames see is in two of them.
     views = flight(3, 17.3)
-    assert examined_ground(views, plan_windows(views, 0.0), 0.0).share == pytest.approx(0.5, abs=0.05)
+    assert examined(views, plan_windows(views, 0.0)).share == pytest.approx(0.5, abs=0.05)
     views = flight(30, 300.0)
-    assert examined_ground(views, plan_windows(views, 0.0), 0.0).share == 0.0
+    assert examined(views, plan_windows(views, 0.0)).share == 0.0
+
+
+def test_ground_without_a_height_is_not_examined() -> None:
+    """Terrain that ends below the middle of the flight, or has a hole there."""
+    views = flight(30, 3.0)
+    windows = plan_windows(views, 0.0)
+    whole = Terrain(-100.0, -100.0, 5.0, np.zeros((50, 70)))
+    assert share_without_height(views, whole) == 0.0
+    assert examined(views, windows, whole) == examined(views, windows)
+    heights_m = np.zeros((50, 70))
+    heights_m[:, 29:] = np.nan
+    half = Terrain(-100.0, -100.0, 5.0, heights_m)
+    # The flight sees from -17 to 104 m east; heights are known up to 40 m.
+    assert share_without_height(views, half) == pytest.approx(64 / 121, abs=0.02)
+    seen = seen_ground(views, half, 0.0)
+    assert seen.known == pytest.approx(seen.total * 57 / 121, rel=0.03)
+    # What has a height is examined as well as before.
+    assert examined(views, windows, half).share == pytest.approx(1.0, abs=0.1)
+    assert examined(views, [], half) == ExaminedGround(0.0, 1.0)
+
+
+def test_frames_that_were_not_read_examine_nothing() -> None:
+    views = flight(30, 3.0)
+    seen = seen_ground(views, LEVEL, 0.0)
+    assert examined_ground(seen, [range(30)]).share > 0.9
+    # The first fifteen see -17 to 59 m, all of them -17 to 104 m east.
+    assert examined_ground(seen, [range(15)]).share == pytest.approx(76 / 121, abs=0.05)
+    assert examined_ground(seen, [[7], []]).share == 0.0
 
 
 def test_a_map_of_half_a_country_is_refused_in_words_of_a_survey() -> None:
@@ -162,13 +199,13 @@ def test_flights_far_apart_take_no_more_memory_than_near_ones() -> None:
     views = [*flight(6, 5.0), *far]
     windows = window(0, 6), window(6, 12)
     tracemalloc.start()
-    both = examined_ground(views, windows, 0.0)
+    both = examined(views, windows)
     high = [View(view.camera, nadir_pose([0.0, 0.0, 20e3])) for view in views]
-    examined_ground(high, windows, 0.0)
+    examined(high, windows)
     _, most = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert both.windows_per_place == 1.0
-    assert both.share == pytest.approx(examined_ground(views[:6], windows[:1], 0.0).share, abs=0.02)
+    assert both.share == pytest.approx(examined(views[:6], windows[:1]).share, abs=0.02)
     assert most < 100e6
 
 

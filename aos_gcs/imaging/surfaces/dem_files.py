@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.extras import load_extra
 from aos_gcs.geometry.geodesy import GeodeticPosition
-from aos_gcs.height_rasters import check_file, check_heights, gdal_reason, read_heights
+from aos_gcs.height_rasters import check_file, check_heights, gdal_reason, read_heights, refuse_impossible, unwrapped
 from aos_gcs.imaging.surfaces.mesh import terrain_from_mesh
 from aos_gcs.imaging.surfaces.terrain import Terrain
 
@@ -147,6 +147,7 @@ def _read_geotiff(path: Path, origin: GeodeticPosition | None) -> Terrain:
             )
         check_heights(dataset, path, f"The terrain {path}")
         heights = read_heights(dataset).astype(np.float64)
+        refuse_impossible(heights, f"The terrain {path}")
         crs, to_world = dataset.crs, np.array(dataset.transform).reshape(3, 3)
     if not crs and np.array_equal(to_world, np.eye(3)):
         raise InputDataError(
@@ -163,7 +164,8 @@ def _read_geotiff(path: Path, origin: GeodeticPosition | None) -> Terrain:
             f"The terrain {path} is in degrees ({crs}), but the poses are in metres: give the geodetic origin of the "
             "poses' world, or project the terrain to metres first."
         )
-    place = _Local(crs, origin) if origin is not None else _Own()
+    middle_x = float((to_world @ (heights.shape[1] / 2, heights.shape[0] / 2, 1.0))[0])
+    place = _Local(crs, origin, middle_x) if origin is not None else _Own()
     try:
         return _resample(heights, to_world, place)
     except ValueError as error:
@@ -183,12 +185,23 @@ class _Own:
 
 
 class _Local:
-    """The world is east-north-up about an origin."""
+    """The world is east-north-up about an origin.
 
-    def __init__(self, crs: Any, origin: GeodeticPosition) -> None:
+    Args:
+        crs: coordinate system of the raster.
+        origin: origin of the world.
+        middle_x: coordinate of the raster's middle, which longitudes are near to: across or beside the 180th meridian
+            it may count beyond 180 degrees, either way.
+    """
+
+    def __init__(self, crs: Any, origin: GeodeticPosition, middle_x: float) -> None:
         pyproj: Any = load_extra("pyproj", "geo", "Reading a GeoTIFF")
         self._pymap3d: Any = load_extra("pymap3d", "geo", "Reading a GeoTIFF")
-        self._to_geodetic = pyproj.Transformer.from_crs(crs.to_wkt(), "EPSG:4326", always_xy=True)
+        system = pyproj.CRS.from_wkt(crs.to_wkt())
+        self._to_geodetic = pyproj.Transformer.from_crs(system, "EPSG:4326", always_xy=True)
+        self._turn = 2.0 * math.pi / system.axis_info[0].unit_conversion_factor if system.is_geographic else None
+        """Whole turn in units of a coordinate system of angles; None for others."""
+        self._middle_x = middle_x
         self._origin = (origin.latitude_deg, origin.longitude_deg, origin.altitude_amsl_m)
 
     def to_world(self, x: Any, y: Any) -> tuple[Any, Any]:
@@ -199,7 +212,7 @@ class _Local:
     def from_world(self, x_m: Any, y_m: Any) -> tuple[Any, Any]:
         latitude_deg, longitude_deg, _ = self._pymap3d.enu2geodetic(x_m, y_m, 0.0, *self._origin)
         x, y = self._to_geodetic.transform(longitude_deg, latitude_deg, direction="INVERSE")
-        return x, y
+        return x if self._turn is None else unwrapped(np.asarray(x), self._middle_x, self._turn), y
 
     def z_m(self, x_m: Any, y_m: Any, heights: NDArray[np.float64]) -> NDArray[np.float64]:
         latitude_deg, longitude_deg, _ = self._pymap3d.enu2geodetic(x_m, y_m, 0.0, *self._origin)
