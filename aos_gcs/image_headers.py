@@ -26,6 +26,7 @@ TIFF_STARTS = (b"II", b"MM")
 _TIFF_ORDERS = {b"II*\0": "<", b"MM\0*": ">"}
 _MAX_TIFF_PAGES = 8
 _TIFF_WIDTH, _TIFF_HEIGHT, _TIFF_TILE_WIDTH, _TIFF_TILE_HEIGHT = 256, 257, 322, 323
+_TIFF_ORIENTATION, _TIFF_SHORT = 274, 3
 _TIFF_INTEGERS = {1: "B", 3: "H", 4: "I"}
 """Struct's code by type of a field: byte, short, long."""
 _NO_JPEG_FRAME = frozenset({0xC4, 0xC8, 0xCC})
@@ -72,6 +73,27 @@ def is_cut_off(data: FileContent) -> bool:
     return _starts(data, JPEG_START) and _JPEG_END not in tail and data.find(_JPEG_END, _jpeg_scan(data)) < 0
 
 
+def as_stored(data: bytes) -> bytes:
+    """Return an image file without an Orientation tag by which decoders turn pixels: those of TIFFs do in OpenCV 5.
+
+    Decoders of PNG and JPEG files leave the pixels as they are stored when asked to.
+
+    Args:
+        data: content of a file whose sizes could be read.
+    """
+    order = _TIFF_ORDERS.get(data[:4])
+    if order is None:
+        return data
+    offsets = [offset for fields in _tiff_pages(data, order) for offset in fields]
+    tagged = [offset for offset in offsets if _tiff_field(data, order, offset)[0] == _TIFF_ORIENTATION]
+    if not tagged:
+        return data
+    changed = bytearray(data)
+    for offset in tagged:
+        struct.pack_into(f"{order}HHIHH", changed, offset, _TIFF_ORIENTATION, _TIFF_SHORT, 1, 1, 0)
+    return bytes(changed)
+
+
 def _starts(data: FileContent, start: bytes) -> bool:
     return data[: len(start)] == start
 
@@ -116,20 +138,28 @@ def _jpeg_segments(data: FileContent) -> Iterator[tuple[int, int]]:
 
 def _tiff_sizes(data: FileContent, order: str) -> list[tuple[int, int]]:
     sizes: list[tuple[int, int]] = []
-    offset = struct.unpack_from(f"{order}I", data, 4)[0]
-    while offset:
-        if len(sizes) == _MAX_TIFF_PAGES:
-            raise InputDataError(f"the TIFF file has more than {_MAX_TIFF_PAGES} pages")
-        count = struct.unpack_from(f"{order}H", data, offset)[0]
-        fields = [_tiff_field(data, order, offset + 2 + 12 * index) for index in range(count)]
+    for offsets in _tiff_pages(data, order):
+        fields = [_tiff_field(data, order, offset) for offset in offsets]
         width, height = _tiff_edge(fields, _TIFF_WIDTH), _tiff_edge(fields, _TIFF_HEIGHT)
         if not width or not height:
             raise InputDataError(f"page {len(sizes) + 1} of the TIFF file has no size")
         # Decoders keep a whole tile in memory, however small the page.
         tile_width, tile_height = _tiff_edge(fields, _TIFF_TILE_WIDTH), _tiff_edge(fields, _TIFF_TILE_HEIGHT)
         sizes.append((max(width, tile_width), max(height, tile_height)))
-        offset = struct.unpack_from(f"{order}I", data, offset + 2 + 12 * count)[0]
     return sizes
+
+
+def _tiff_pages(data: FileContent, order: str) -> Iterator[list[int]]:
+    """Yield the offsets of the fields of each page."""
+    pages = 0
+    offset = struct.unpack_from(f"{order}I", data, 4)[0]
+    while offset:
+        pages += 1
+        if pages > _MAX_TIFF_PAGES:
+            raise InputDataError(f"the TIFF file has more than {_MAX_TIFF_PAGES} pages")
+        count = struct.unpack_from(f"{order}H", data, offset)[0]
+        yield [offset + 2 + 12 * index for index in range(count)]
+        offset = struct.unpack_from(f"{order}I", data, offset + 2 + 12 * count)[0]
 
 
 def _tiff_field(data: FileContent, order: str, offset: int) -> tuple[int, int | None]:

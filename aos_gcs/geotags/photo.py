@@ -27,6 +27,8 @@ from aos_gcs.geotags.xmp import first_number, parse_xmp
 _BROKEN = (OSError, ValueError, SyntaxError, KeyError, IndexError, TypeError, ArithmeticError, struct.error)
 """Errors that Pillow raises for damaged files, SyntaxError among them."""
 
+_WIDTH, _HEIGHT = 0x0100, 0x0101
+"""Tags of TIFF files with the size of the pixels as they are stored."""
 _R_FILE2SHOWN = {
     1: np.eye(3),
     3: np.diag([-1.0, -1.0, 1.0]),
@@ -108,7 +110,7 @@ def read_geotag(source: Path | BinaryIO) -> Geotag:
     pil: Any = load_extra("PIL.Image", "geo", "Reading the position of a photograph")
     try:
         with warnings.catch_warnings(action="ignore"), pil.open(source) as image:
-            width_px, height_px = image.size
+            width_px, height_px = _stored_size(image)
             exif = exif_tags(image.getexif(), width_px)
             packet = image.info.get("xmp", b"")
     except (*_BROKEN, pil.DecompressionBombError) as error:
@@ -116,6 +118,13 @@ def read_geotag(source: Path | BinaryIO) -> Geotag:
     xmp = parse_xmp(packet) if packet else {}
     tag = geotag(exif, xmp, width_px, height_px)
     return replace(tag, sensor=sensor_of(xmp, source.name if isinstance(source, Path) else ""))
+
+
+def _stored_size(image: Any) -> tuple[int, int]:
+    """Return width and height of the pixels as they are stored: Pillow tells those of a TIFF as it is to be shown."""
+    tags = image.getexif() if image.format == "TIFF" else {}
+    width_px, height_px = image.size
+    return int(tags.get(_WIDTH, width_px)), int(tags.get(_HEIGHT, height_px))
 
 
 def geotag(exif: ExifTags, xmp: Mapping[str, str], width_px: int, height_px: int) -> Geotag:

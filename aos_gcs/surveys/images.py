@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.equal_bands import COLOURS, GREY, without_equal_bands
 from aos_gcs.errors import InputDataError
-from aos_gcs.image_headers import FileContent, TornImageError, is_cut_off, picture_sizes
+from aos_gcs.image_headers import FileContent, TornImageError, as_stored, is_cut_off, picture_sizes
 from aos_gcs.imaging.model import Frame
 from aos_gcs.surveys.model import SurveyImage
 from aos_gcs.surveys.radiometric.reading import read_temperatures
@@ -100,7 +100,7 @@ def bands_of(pixels: NDArray[Any]) -> tuple[str, ...]:
 def read_image(path: Path) -> NDArray[Any]:
     """Return an image of 8 or 16 bit or of floating-point numbers, shape (H, W, C): grey, or red, green, blue.
 
-    An alpha channel is dropped.
+    An alpha channel is dropped. Pixels stay as they are stored, whatever an Orientation tag says.
 
     Raises:
         InputDataError: if it is missing, unreadable, incomplete or too large, or has values that are no numbers.
@@ -111,7 +111,7 @@ def read_image(path: Path) -> NDArray[Any]:
         raise InputDataError(f"The image {path} cannot be read: {error.strerror}.") from error
     _check(path, content)
     try:
-        image = cv2.imdecode(np.frombuffer(content, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
+        image = cv2.imdecode(np.frombuffer(as_stored(content), dtype=np.uint8), cv2.IMREAD_UNCHANGED)
     except cv2.error as error:
         raise InputDataError(f"The image {path} cannot be decoded: {error.err}.") from error
     if image is None or image.dtype.name not in _VALUES:

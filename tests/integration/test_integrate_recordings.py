@@ -12,6 +12,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from PIL import Image
 
 from aos_gcs.surveys.photos import read_photos
 from tests.fakes.command_line import exit_status
@@ -251,6 +252,28 @@ def test_photographs_with_an_orientation_tag_are_turned(tmp_path: Path, capfd: p
     assert integral.shape == expected.shape
     # Pictures are compressed once more.
     assert np.nanmax(np.abs(integral - expected)) < 3.0
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
+def test_tiff_photographs_with_an_orientation_tag_are_turned_once(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], dtype: type
+) -> None:
+    """OpenCV 5 turns the pixels of TIFF files by the tag, whatever it is asked for."""
+    photographs = Photographs(tmp_path)
+    photographs.out = tmp_path / "map.npy"
+    assert exit_status(photographs.arguments("--ortho", 0.25)) == 0
+    expected = np.load(photographs.out)
+    for index, orientation in enumerate((3, 6, 8, 1, 6, 3)):
+        shown = cv2.imread(str(photographs.images / f"{index}.jpg"), cv2.IMREAD_UNCHANGED)
+        stored = np.ascontiguousarray(np.rot90(np.asarray(shown), {1: 0, 3: 2, 6: 1, 8: 3}[orientation]), dtype=dtype)
+        exif = exif_block(camera={0xA405: FOCAL_35MM}, orientation=orientation)
+        exif[700] = xmp_packet(photographs.tags[f"{index}.jpg"])
+        Image.fromarray(stored).save(photographs.images / f"{index}.tif", "TIFF", exif=exif)
+        (photographs.images / f"{index}.jpg").unlink()
+    capfd.readouterr()
+    assert exit_status(photographs.arguments("--ortho", 0.25)) == 0
+    assert "5 photographs are turned by their Orientation tag; the first is 0.tif" in capfd.readouterr().err
+    np.testing.assert_allclose(np.load(photographs.out), expected, atol=0.001)
 
 
 def test_photographs_in_folders_within_the_folder_are_used(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

@@ -2,16 +2,18 @@ from __future__ import annotations
 
 import contextlib
 import struct
+from io import BytesIO
 
 import cv2
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from PIL import Image
 
 from aos_drivers.frames.files.images import decode_image
 from aos_gcs.errors import CaptureError, InputDataError
-from aos_gcs.image_headers import picture_sizes
+from aos_gcs.image_headers import as_stored, picture_sizes
 
 RNG = np.random.default_rng(5)
 RGB = RNG.integers(0, 256, (24, 32, 3), np.uint8)
@@ -54,6 +56,29 @@ def test_three_equal_channels_of_a_thermal_camera_are_one_band(kind: str, dtype:
     assert (image.shape, image.dtype, bands) == ((40, 56, 1), dtype, ("grey",))
     if kind != ".jpg":
         np.testing.assert_array_equal(image[..., 0], level)
+
+
+@pytest.mark.parametrize("orientation", range(1, 9))
+@pytest.mark.parametrize("image", [RGB, RGB[..., 0], THERMAL], ids=["RGB", "8 bit", "16 bit"])
+def test_pixels_of_a_tiff_are_read_as_they_are_stored(orientation: int, image: np.ndarray) -> None:
+    """OpenCV 5 turns them by their Orientation tag, whatever it is asked for, which the attitude is turned by, too."""
+    file = BytesIO()
+    Image.fromarray(image).save(file, "TIFF", tiffinfo={274: orientation})
+    read, _ = decode_image(file.getvalue())
+    np.testing.assert_array_equal(read.reshape(image.shape), image)
+
+
+@pytest.mark.parametrize("order", "<>")
+def test_an_orientation_tag_of_any_byte_order_has_no_effect(order: str) -> None:
+    fields = [struct.pack(f"{order}HHIHH", 274, 3, 1, 6, 0), struct.pack(f"{order}HHII", 256, 4, 1, 7)]
+    fields.append(struct.pack(f"{order}HHII", 257, 4, 1, 5))
+    head = {"<": b"II*\0", ">": b"MM\0*"}[order] + struct.pack(f"{order}I", 8)
+    page = struct.pack(f"{order}H", 3) + b"".join(fields) + bytes(4)
+    stored = as_stored(head + page)
+    assert stored == head + page.replace(fields[0], struct.pack(f"{order}HHIHH", 274, 3, 1, 1, 0))
+    assert picture_sizes(stored) == [(7, 5)]
+    for kind in (".png", ".jpg", ".tiff"):
+        assert as_stored(untagged := encoded(kind, RGB)) == untagged
 
 
 def test_one_pixel_of_colour_keeps_three_bands() -> None:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from aos_drivers.frames.errors import TornFrameError
 from aos_gcs.equal_bands import COLOURS, GREY, without_equal_bands
 from aos_gcs.errors import CaptureError, InputDataError
-from aos_gcs.image_headers import TIFF_STARTS, TornImageError, is_cut_off, picture_sizes
+from aos_gcs.image_headers import TIFF_STARTS, TornImageError, as_stored, is_cut_off, picture_sizes
 from aos_gcs.radiometry import celsius_from_centikelvin
 
 Image = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32]
@@ -42,7 +42,7 @@ def decode_image(data: bytes, max_pixels: int = MAX_PIXELS) -> tuple[Image, tupl
     if is_cut_off(data):
         raise TornFrameError(f"the image file of {len(data)} bytes is incomplete")
     try:
-        pages = _pages(np.frombuffer(data, np.uint8))
+        pages = _pages(np.frombuffer(as_stored(data), np.uint8))
     except cv2.error as error:
         raise CaptureError(f"the image file of {len(data)} bytes cannot be decoded: {error.err}") from error
     if not pages:
