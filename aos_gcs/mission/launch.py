@@ -257,7 +257,7 @@ class Launch:
         homes_enu_m = [home_enu_m for home_enu_m in found_enu_m if home_enu_m is not None]
         is_planned = self._is_planned(members, homes_enu_m) and self._spares == len(self._spare_homes_enu_m())
         if roster.ground is None or len(homes_enu_m) < len(members) or is_planned:
-            roster.ground = former
+            roster.ground = None if former is None else former.measured_as(roster.ground)
             return
         roster.settle_altitudes()
         spare_homes_enu_m = self._spare_homes_enu_m()

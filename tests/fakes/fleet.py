@@ -272,6 +272,7 @@ class FakeVehicle:
         match command:
             case Arm():
                 self.mode, self.armed = FlightMode.GUIDED, True
+                self.home_enu_m = position_enu_m
             case Disarm():
                 self.armed = False
             case Takeoff(height_above_home_m):

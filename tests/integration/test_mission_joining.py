@@ -14,29 +14,10 @@ from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.planning.settings import PreflightSettings
 from aos_gcs.ports import Arm, Hold, Takeoff
 from tests.fakes.fleet import FakeVehicle
+from tests.fakes.joining import heard, paused, switch_on
 from tests.fakes.mission_flight import Flight, flying, prepare
 
 pytestmark = pytest.mark.looptime
-
-
-def switch_on(
-    flight: Flight, vehicle_id: int, home_enu_m: tuple[float, float, float] = (20.0, -3.0, 0.0)
-) -> FakeVehicle:
-    """Let another vehicle be heard, on the ground."""
-    vehicle = FakeVehicle(vehicle_id, flight.clock, np.array(home_enu_m), flight.fleet.members[1].target_enu_m)
-    flight.fleet.members[vehicle_id] = vehicle
-    return vehicle
-
-
-async def heard(flight: Flight, vehicle_id: int) -> None:
-    await flight.until(lambda: vehicle_id in {v.telemetry.vehicle_id for v in flight.view.snapshot().vehicles})
-    await flight.clock.sleep(5.0)
-
-
-async def paused(flight: Flight) -> None:
-    """Pause the mission after its first step."""
-    await flight.until(lambda: len(flight.view.steps()) == 1)
-    await flight.commands.act(Action.PAUSE, None)
 
 
 async def climbing(flight: Flight) -> FakeVehicle:

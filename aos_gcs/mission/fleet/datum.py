@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from statistics import median
 
+from aos_gcs.airspace.accuracy import CONFIDENCE
 from aos_gcs.geometry.heights import AmslM, home_below_m
 from aos_gcs.ports import LandedState, VehicleState
 
@@ -19,6 +20,10 @@ RTK_FIXED = 6
 """MAVLink's GPS_FIX_TYPE of positions that are known to centimetres."""
 RTK_FLOAT = 5
 """The same of positions that corrections have improved to decimetres."""
+_SAME_PLACE_M = 1.0
+"""Horizontal distance within which an exactly reported position is at a launch point."""
+_MOST_ERROR_M = 3.0
+"""Largest error of a reported position that is allowed for beyond that."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,8 +46,17 @@ class LaunchGround:
         ground_m = measured_ground_m(state)
         if self.measured_level_amsl_m is None or ground_m is None:
             return self
-        relief_m = {**self.relief_m, state.vehicle_id: ground_m - self.measured_level_amsl_m}
-        return replace(self, relief_m=relief_m)
+        return self.with_relief(state.vehicle_id, ground_m - self.measured_level_amsl_m)
+
+    def with_relief(self, vehicle_id: int, relief_m: float) -> LaunchGround:
+        """Return the same ground with the launch point of one vehicle so much above the level."""
+        return replace(self, relief_m={**self.relief_m, vehicle_id: relief_m})
+
+    def measured_as(self, other: LaunchGround | None) -> LaunchGround:
+        """Return the same ground, comparable with what is measured later, where another survey of it was measured."""
+        if other is None or self.measured_level_amsl_m is not None:
+            return self
+        return replace(self, measured_level_amsl_m=other.measured_level_amsl_m)
 
 
 def home_altitude_m(state: VehicleState) -> AmslM | None:
@@ -55,6 +69,21 @@ def home_altitude_m(state: VehicleState) -> AmslM | None:
     if state.position is None or state.height_above_home_m is None:
         return state.home.altitude_amsl_m
     return home_below_m(state.position.altitude_amsl_m, state.height_above_home_m)
+
+
+def standing_altitude_m(state: VehicleState) -> AmslM | None:
+    """Return the altitude that a vehicle on the ground reports for the place below it; None in flight, or unknown.
+
+    Before its motors start that is not its home's: autopilots move their home to where they are armed.
+    """
+    if not is_grounded(state):
+        return None
+    return home_altitude_m(state) if state.armed or state.position is None else state.position.altitude_amsl_m
+
+
+def same_place_m(state: VehicleState) -> float:
+    """Return the horizontal distance from its launch point at which a vehicle may be said to stand there."""
+    return _SAME_PLACE_M + min(CONFIDENCE * (state.horizontal_accuracy_m or 0.0), _MOST_ERROR_M)
 
 
 def survey_ground(states: Sequence[VehicleState]) -> LaunchGround | None:

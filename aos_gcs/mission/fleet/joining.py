@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.fleet.approach import Approach
+from aos_gcs.mission.fleet.launch_place import find_launch_place, moved_home
 from aos_gcs.mission.fleet.roster import FLYING, Member
 from aos_gcs.mission.fleet.vehicle_tasks import VehicleTasks
 from aos_gcs.mission.model.actions import Refusal
@@ -62,9 +63,20 @@ class Joining:
     async def _join(self, member: Member, relief: Relief | None) -> Refusal | None:
         if member.task not in {Task.IDLE, Task.LANDED} or member.airborne:
             return Refusal(f"is part of the mission already ({TASK_NAMES[member.task]})")
-        refusal = self._find_place(member)
+        roster, former_enu_m, former_ground = self._context.roster, member.home_enu_m, self._context.roster.ground
+        refusal = self._find_place(member) or await self._clear(member, relief)
         if refusal is not None:
+            # It is still where it landed, away from the launch point that it had.
+            member.home_enu_m, roster.ground = former_enu_m, former_ground
             return refusal
+        roster.assign(member, Task.JOINING)
+        text = f"joins the swarm: it climbs to its layer at {member.layer_height_m:.0f} m and flies there"
+        self._context.journal.notice(Severity.INFO, text, member.vehicle_id)
+        self._vehicle_tasks.start(member.vehicle_id, self._bring(member, relief))
+        return None
+
+    async def _clear(self, member: Member, relief: Relief | None) -> Refusal | None:
+        """Return why a vehicle with a launch point and a layer must not start; None if it may."""
         calls_off = self._calls_off
         await self._inspector.settle(member)
         blocking = [check for check in await self._check(member) if check.blocks]
@@ -72,22 +84,16 @@ class Joining:
             return Refusal("was called off before it started")
         if blocking:
             return Refusal(blocking[0].describe())
-        if (other_id := self._above(member)) is not None:
-            return Refusal(f"vehicle {other_id} is or may come above its launch point: try again when it has passed")
-        self._context.roster.assign(member, Task.JOINING)
-        text = f"joins the swarm: it climbs to its layer at {member.layer_height_m:.0f} m and flies there"
-        self._context.journal.notice(Severity.INFO, text, member.vehicle_id)
-        self._vehicle_tasks.start(member.vehicle_id, self._bring(member, relief))
-        return None
+        reason = self._why_no_climb(member)
+        return None if reason is None else Refusal(reason)
 
     def _find_place(self, member: Member) -> Refusal | None:
         """Give the vehicle its launch point and the lowest free layer."""
         context, limits, roster = self._context, self._context.flight.limits, self._context.roster
-        if roster.ground is not None and not member.airborne:
-            roster.ground = roster.ground.with_vehicle(member.state)
-            roster.settle_altitudes()
-        home_enu_m = roster.launch_point_enu_m(member)
-        if limits is None or home_enu_m is None:
+        home_enu_m = find_launch_place(context, member)
+        if isinstance(home_enu_m, Refusal):
+            return home_enu_m
+        if limits is None:
             return Refusal("its home position is not known yet")
         if roster.layers.surface is None:
             return Refusal("the elevation model that its altitude layer follows is not loaded")
@@ -101,6 +107,7 @@ class Joining:
             if other is not member and not other.airborne and other.layer_height_m == layer_height_m:
                 other.layer_height_m = None
         member.home_enu_m, member.layer_height_m = home_enu_m, layer_height_m
+        roster.settle_altitudes()
         return None
 
     def _free_layer_m(self, member: Member, highest_m: float) -> float | None:
@@ -118,25 +125,30 @@ class Joining:
             layer_height_m += flight.layer_spacing_m
         return None
 
-    def _above(self, member: Member) -> int | None:
-        """Return the id of a vehicle that is, or may come, too near to the column above the launch point."""
+    def _why_no_climb(self, member: Member) -> str | None:
+        """Return why a vehicle must not climb to its layer from where it stands now; None if it may."""
         top_enu_m = self._context.roster.layers.at(member, member.home_enu_m)
         if member.home_enu_m is None or top_enu_m is None:
             raise RuntimeError(f"vehicle {member.vehicle_id} has no altitude layer")
-        return self._context.flight.blocks_path(member, member.home_enu_m, top_enu_m)
+        if (other_id := self._context.flight.blocks_path(member, member.home_enu_m, top_enu_m)) is not None:
+            return f"vehicle {other_id} is or may come above its launch point: try again when it has passed"
+        return self._context.flight.vet_climbs([member]).get(member.vehicle_id)
 
     async def _bring(self, member: Member, relief: Relief | None) -> None:
         """Start, climb, fly to the swarm and become part of it; a vehicle that does not get there holds where it is."""
-        context = self._context
+        context, assumed_offset_m = self._context, member.altitude_offset_m
         if await context.flight.command(member, Arm()) is not None:
             context.roster.assign(member, Task.IDLE)
+            return
+        reason = await moved_home(context, member, assumed_offset_m) or self._why_no_climb(member)
+        if reason is not None:
+            await self._stay(member, reason)
             return
         if (height_m := context.roster.layers.above_home_m(member)) is None:
             raise RuntimeError(f"vehicle {member.vehicle_id} has no altitude layer")
         refusal = await context.flight.command(member, Takeoff(height_m), context.settings.deadlines.takeoff_s)
         if refusal is not None and not member.airborne:
-            await context.flight.command(member, Disarm())
-            context.roster.assign(member, Task.IDLE)
+            await self._stay(member)
             return
 
         def those_ahead() -> list[Member]:
@@ -156,3 +168,10 @@ class Joining:
             else (Severity.WARNING, "did not reach the swarm in time. Resume it to have it follow, or return it")
         )
         context.journal.notice(severity, text, member.vehicle_id)
+
+    async def _stay(self, member: Member, reason: str = "") -> None:
+        """Stop the motors of a vehicle that has not taken off; report why where that is not known yet."""
+        if reason:
+            self._context.journal.notice(Severity.WARNING, f"stays on the ground: {reason}", member.vehicle_id)
+        await self._context.flight.command(member, Disarm())
+        self._context.roster.assign(member, Task.IDLE)

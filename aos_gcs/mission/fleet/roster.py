@@ -13,7 +13,7 @@ from aos_gcs.airspace.waypoints import as_enu_point
 from aos_gcs.errors import MissionError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.geometry.heights import AboveGroundM, AmslM
-from aos_gcs.mission.fleet.datum import LaunchGround, home_altitude_m, is_grounded
+from aos_gcs.mission.fleet.datum import LaunchGround, same_place_m, standing_altitude_m
 from aos_gcs.mission.fleet.energy import BatteryMeter
 from aos_gcs.mission.fleet.layers import Layers
 from aos_gcs.mission.fleet.tasks import check_task, task_when_heard_again
@@ -252,16 +252,22 @@ class Roster:
             member.home_enu_m, member.layer_height_m = home_enu_m, layer_height_m
 
     def settle_altitudes(self) -> None:
-        """Take the offset of each vehicle's altitude from its ground, while it stands there; in flight it stays.
+        """Take the offset of each vehicle's altitude from its ground, while it stands at its launch point.
 
-        Autopilots move their altitude and their home when they are armed, so this goes on until the take-off.
+        Autopilots move their altitude and their home when they are armed, so this goes on until the take-off. It stays
+        in flight, and where a vehicle has landed elsewhere, on other ground.
         """
         if self.ground is None:
             return
         for member in self._members.values():
-            state = member.state
-            if is_grounded(state) and (home_m := home_altitude_m(state)) is not None:
-                member.altitude_offset_m = home_m - self.ground.altitude_amsl_m(member.vehicle_id)
+            if (altitude_m := standing_altitude_m(member.state)) is not None and self._is_at_launch_point(member):
+                member.altitude_offset_m = altitude_m - self.ground.altitude_amsl_m(member.vehicle_id)
+
+    def _is_at_launch_point(self, member: Member) -> bool:
+        here_enu_m, home_enu_m = self.position_enu_m(member), member.home_enu_m
+        if member.task not in {Task.LANDED, Task.JOINING} or here_enu_m is None or home_enu_m is None:
+            return True
+        return float(np.hypot(*(here_enu_m - home_enu_m)[:2])) <= same_place_m(member.state)
 
     def launch_point_enu_m(self, member: Member) -> NDArray[np.float64] | None:
         """Return where a vehicle's home is, shape (3,), on the surveyed ground; None while it is not known."""
@@ -384,15 +390,10 @@ class Roster:
             position_enu_m=None if position_enu_m is None else as_enu_point(position_enu_m),
             link_age_s=self.link_age_s(member),
             waypoint_enu_m=None if member.waypoint_enu_m is None else as_enu_point(member.waypoint_enu_m),
-            refusal=_why_left_alone(member) or member.refusal,
+            refusal=(member.why_not_ours if member.task is Task.HELD and member.airborne else "") or member.refusal,
             takes_part=member.takes_part,
             home_enu_m=None if member.home_enu_m is None else as_enu_point(member.home_enu_m),
             altitude_offset_m=member.altitude_offset_m,
             height_above_ground_m=member.height_above_ground_m,
             leaves_in_s=member.leaves_in_s,
         )
-
-
-def _why_left_alone(member: Member) -> str:
-    """Return why a held vehicle is sent nothing; empty where it is not, or follows us."""
-    return member.why_not_ours if member.task is Task.HELD and member.airborne else ""

@@ -7,7 +7,7 @@ from statistics import median
 from typing import Final
 
 from aos_gcs.airspace.accuracy import CONFIDENCE, allowed_offset_m, greatest_accuracy_m, needed_spacing_m
-from aos_gcs.mission.fleet.datum import RTK_FIXED, home_altitude_m
+from aos_gcs.mission.fleet.datum import RTK_FIXED, home_altitude_m, standing_altitude_m
 from aos_gcs.mission.fleet.roster import Member, Roster
 from aos_gcs.mission.model.checks import PreflightCheck
 from aos_gcs.mission.preflight import checks
@@ -43,10 +43,15 @@ def check_altitudes(
 
 
 def _heights_of_homes_m(roster: Roster, members: Sequence[Member]) -> dict[int, float]:
-    """Return how high each home is reported above the ground that preflight has surveyed, by vehicle."""
+    """Return how high each home is reported above the ground that preflight has surveyed, by vehicle.
+
+    Of a vehicle that stands on the ground, that is the home which it will have as soon as it is armed.
+    """
     heights_m = {}
     for member in members:
-        home_m = home_altitude_m(member.state)
+        home_m = None if member.state.home is None else standing_altitude_m(member.state)
+        if home_m is None:
+            home_m = home_altitude_m(member.state)
         if home_m is not None:
             ground_m = 0.0 if roster.ground is None else roster.ground.altitude_amsl_m(member.vehicle_id)
             heights_m[member.vehicle_id] = home_m - ground_m

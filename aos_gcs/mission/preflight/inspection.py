@@ -171,8 +171,17 @@ class Inspector:
                 await clock.sleep(_POLL_S)
 
     async def settle(self, member: Member) -> None:
-        """Wait until a vehicle has geofence and failsafe return height of its new layer, or has refused them."""
+        """Wait until a vehicle has geofence and failsafe return height of its new layer, or has refused them.
+
+        A test frame from before its former flight is captured anew.
+        """
         clock, until_s = self._context.clock, self._deadline_s()
+        subject = self._subjects.setdefault(member.vehicle_id, _Subject())
+        frame = subject.inspection.frame
+        if frame is not None and not frame.is_plausible(member.state):
+            # It was captured before the vehicle flew elsewhere.
+            subject.inspection = replace(subject.inspection, frame=None, frame_problem="")
+            subject.due_s = -math.inf
         self._starting_again.add(member.vehicle_id)
         try:
             while not self._is_settled(member) and clock.now_s() < until_s:
@@ -185,7 +194,8 @@ class Inspector:
         has_return = found.wanted_return_m == wanted_m and (found.has_wanted_return or bool(found.return_problem))
         is_asked = found.planned_fence is not None and found.planned_fence == self._planned_fence(member)
         has_fence = is_asked and (found.has_planned_fence or bool(found.upload_problem))
-        return (wanted_m is None or has_return) and (not self._preflight.upload_fence or has_fence)
+        is_captured = found.facts is None or found.frame is not None or bool(found.frame_problem)
+        return is_captured and (wanted_m is None or has_return) and (not self._preflight.upload_fence or has_fence)
 
     def _before_their_start(self) -> list[Member]:
         members = self._context.roster.members(Task.IDLE, Task.LANDED)

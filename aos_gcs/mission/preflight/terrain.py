@@ -126,7 +126,9 @@ def _check_altitude(member: Member, frame: LocalFrame, ground: GroundRaster) -> 
         altitude_amsl_m = home_altitude_m(state)
     if state.home is None or altitude_amsl_m is None:
         return checks.failed(vehicle_id, checks.TERRAIN, "altitude unknown", "wait for the position estimate")
-    place_enu_m = frame.to_enu(replace(state.home, altitude_amsl_m=altitude_amsl_m))
+    # A vehicle that has landed elsewhere moves its home to where it stands when it is armed.
+    place = state.position if is_grounded(state) and state.position is not None else state.home
+    place_enu_m = frame.to_enu(replace(place, altitude_amsl_m=altitude_amsl_m))
     above_m = float(place_enu_m[2]) - ground.model_height_m(place_enu_m[:2])
     if not np.isfinite(above_m):
         text = "the ground is not known at its launch point"

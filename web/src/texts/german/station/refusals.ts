@@ -118,6 +118,28 @@ export const refusals: readonly StationText[] = [
     "wurde übernommen: {reason}. Diese Drohne einzeln fortsetzen",
   ],
   ["its home position is not known yet", "ihre Startposition ist noch nicht bekannt"],
+  ["its position is not known yet", "ihre Position ist noch nicht bekannt"],
+  [
+    "stands {distance} m from its launch point, and the height of the ground there is not known: carry it back, or restart it on ground that is level with the launch points",
+    "steht {distance} m von ihrem Startpunkt, und die Höhe des Bodens dort ist nicht bekannt: zurücktragen, oder auf Boden neu starten, der so hoch liegt wie die Startpunkte",
+  ],
+  [
+    "stands {distance} m from the launch point of vehicle {id}, which may land there: carry it {least} m away",
+    "steht {distance} m vom Startpunkt der Drohne {id}, die dort landen kann: {least} m weit wegtragen",
+  ],
+  [
+    "its autopilot has its home {distance} m from where it stands. Join it again",
+    "ihr Autopilot hat seinen Startpunkt {distance} m von ihrem Standort. Erneut einreihen",
+  ],
+  [
+    "its autopilot has moved its home by {height} m in height. Join it again",
+    "ihr Autopilot hat die Höhe seines Startpunkts um {height} m geändert. Erneut einreihen",
+  ],
+  ["its home position is not known", "ihre Startposition ist nicht bekannt"],
+  [
+    "it has not reported its position since its motors started",
+    "sie hat ihre Position nicht gemeldet, seit ihre Motoren laufen",
+  ],
   ["its launch point lies on the wrong side of {boundary}", "ihr Startpunkt liegt auf der falschen Seite: {boundary}"],
   [
     "no altitude layer is free below the ceiling at {height} m",
