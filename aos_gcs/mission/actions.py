@@ -9,6 +9,7 @@ from dataclasses import replace
 from aos_gcs.errors import MissionError
 from aos_gcs.mission.context import MissionContext
 from aos_gcs.mission.fleet.flight import FlightControl
+from aos_gcs.mission.fleet.joining import Order
 from aos_gcs.mission.fleet.roster import Member
 from aos_gcs.mission.fleet.standing_hold import NONE_HELD, StandingHold
 from aos_gcs.mission.fleet.vehicle_tasks import VehicleTasks
@@ -16,7 +17,7 @@ from aos_gcs.mission.flow import Flow
 from aos_gcs.mission.model.actions import ACTION_NAMES, Action, ActionRecord, ActionResult, Refusal, Seen
 from aos_gcs.mission.model.phase import Phase, Suspension
 from aos_gcs.mission.model.vehicles import TASK_NAMES, Task
-from aos_gcs.mission.phases import BEFORE_START, ENDING, ON_GROUND, check_action
+from aos_gcs.mission.phases import ACTIONS, BEFORE_START, ENDING, ON_GROUND, check_action
 from aos_gcs.mission.resuming import check_resume
 from aos_gcs.ports import Hold, Land, ReturnToLaunch
 
@@ -297,9 +298,16 @@ class ActionHandler:
         }.get(action, _RETURNS if self._is_under_way() else _RETURNS_BY_AUTOPILOT)
         if action is Action.JOIN:
             # One after another: each takes a layer, and the column above its launch point.
-            join = self._flow.sortie.joining.join
-            return tuple([_result(member.vehicle_id, await join(member), done) for member in members])
+            join, order = self._flow.sortie.joining.join, self._join_order()
+            return tuple([_result(member.vehicle_id, await join(member, order), done) for member in members])
         return tuple(await asyncio.gather(*(self._result(self._on_one[action], member, done) for member in members)))
+
+    def _join_order(self) -> Order:
+        """Return the order to join given now: no vehicle starts by it any more in another phase, or once all hold."""
+        flow, was_held = self._flow, self._flow.suspension is Suspension.HELD
+        return flow.sortie.joining.order(
+            lambda: flow.heading in ACTIONS[Action.JOIN] and (was_held or flow.suspension is not Suspension.HELD)
+        )
 
     def _confirm(
         self, is_ready: bool, members: Sequence[Member], operator: str, named: str

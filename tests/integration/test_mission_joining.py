@@ -9,10 +9,10 @@ import pytest
 
 from aos_gcs.errors import MissionError
 from aos_gcs.mission.model.actions import Action
-from aos_gcs.mission.model.phase import Outcome
+from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.planning.settings import PreflightSettings
-from aos_gcs.ports import Arm, Hold, Takeoff
+from aos_gcs.ports import Arm, Command, Disarm, Hold, Takeoff
 from tests.fakes.fleet import FakeVehicle
 from tests.fakes.joining import heard, paused, switch_on
 from tests.fakes.mission_flight import Flight, flying, prepare
@@ -152,6 +152,48 @@ async def test_who_is_still_being_checked_does_not_start_after_a_hold_or_a_retur
         assert vehicle.commands == []
         if action is Action.HOLD:
             await flight.commands.act(Action.ABORT, None)
+        await run
+
+
+@pytest.mark.parametrize("action", [Action.HOLD, Action.RETURN, Action.LAND])
+async def test_a_list_of_vehicles_is_called_off_as_a_whole(action: Action) -> None:
+    flight = prepare(preflight=PreflightSettings(upload_fence=True, set_return_height=True))
+    async with flying(flight) as run, asyncio.TaskGroup() as group:
+        await paused(flight)
+        vehicles = switch_on(flight, 5), switch_on(flight, 6, (26.0, -3.0, 0.0))
+        await heard(flight, 6)
+        joining = group.create_task(flight.commands.act(Action.JOIN, (5, 6)))
+        await asyncio.sleep(0)
+        await flight.commands.act(action, None)
+        assert [result.text for result in await joining] == ["was called off before it started"] * 2
+        await flight.clock.sleep(5.0)
+        assert [vehicle.commands for vehicle in vehicles] == [[], []]
+        if action is Action.HOLD:
+            await flight.commands.act(Action.ABORT, None)
+        await run
+
+
+async def test_a_search_that_ends_while_a_vehicle_arms_keeps_it_on_the_ground() -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await paused(flight)
+        vehicle = switch_on(flight, 5)
+        await heard(flight, 5)
+        obey = vehicle.execute
+
+        async def end_meanwhile(command: Command, deadline_s: float) -> None:
+            await obey(command, deadline_s)
+            if isinstance(command, Arm):
+                flight.mission.phase = Phase.RETURN
+
+        vehicle.execute = end_meanwhile  # type: ignore[method-assign]
+        await flight.commands.act(Action.JOIN, (5,))
+        await flight.clock.sleep(5.0)
+        assert [type(command) for command in vehicle.commands] == [Arm, Disarm]
+        assert "stays on the ground: it was called off before it started" in flight.texts()
+        assert flight.task(5) is Task.IDLE
+        flight.mission.phase = Phase.SCAN
+        await flight.commands.act(Action.ABORT, None)
         await run
 
 

@@ -19,6 +19,8 @@ from aos_gcs.ports import Arm, Disarm, Severity, Takeoff
 
 Check = Callable[[Member], Awaitable[Sequence[PreflightCheck]]]
 """Function that returns the preflight checks of one vehicle, as they are now."""
+Order = Callable[[], bool]
+"""Function that returns whether an order to join still holds."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,20 +53,34 @@ class Joining:
         return [member for member in members if not member.airborne]
 
     def call_off(self) -> None:
-        """Let no vehicle start that is still being checked, such as after a hold of all."""
+        """Let no vehicle start that is ordered to join but has not taken off, such as after a hold of all."""
         self._calls_off += 1
 
-    async def join(self, member: Member, relief: Relief | None = None) -> Refusal | None:
-        """Have a vehicle take off and fly to the swarm; that goes on in the background."""
+    def order(self, is_allowed: Callable[[], bool]) -> Order:
+        """Return the order to join that is given now, to one vehicle or several: it holds until it is called off.
+
+        Args:
+            is_allowed: returns whether the mission is in a state in which vehicles may take off.
+        """
+        calls_off = self._calls_off
+        return lambda: self._calls_off == calls_off and is_allowed()
+
+    async def join(self, member: Member, order: Order, relief: Relief | None = None) -> Refusal | None:
+        """Have a vehicle take off and fly to the swarm; that goes on in the background.
+
+        It does not start when ``order``, which was given before any vehicle was waited for, holds no longer.
+        """
         async with self._one_at_a_time:
             # Two that are checked at the same time would be given the same layer.
-            return await self._join(member, relief)
+            return await self._join(member, order, relief)
 
-    async def _join(self, member: Member, relief: Relief | None) -> Refusal | None:
+    async def _join(self, member: Member, order: Order, relief: Relief | None) -> Refusal | None:
+        if not order():
+            return Refusal("was called off before it started")
         if member.task not in {Task.IDLE, Task.LANDED} or member.airborne:
             return Refusal(f"is part of the mission already ({TASK_NAMES[member.task]})")
         roster, former_enu_m, former_ground = self._context.roster, member.home_enu_m, self._context.roster.ground
-        refusal = self._find_place(member) or await self._clear(member, relief)
+        refusal = self._find_place(member) or await self._clear(member, order, relief)
         if refusal is not None:
             # It is still where it landed, away from the launch point that it had.
             member.home_enu_m, roster.ground = former_enu_m, former_ground
@@ -72,15 +88,14 @@ class Joining:
         roster.assign(member, Task.JOINING)
         text = f"joins the swarm: it climbs to its layer at {member.layer_height_m:.0f} m and flies there"
         self._context.journal.notice(Severity.INFO, text, member.vehicle_id)
-        self._vehicle_tasks.start(member.vehicle_id, self._bring(member, relief))
+        self._vehicle_tasks.start(member.vehicle_id, self._bring(member, order, relief))
         return None
 
-    async def _clear(self, member: Member, relief: Relief | None) -> Refusal | None:
+    async def _clear(self, member: Member, order: Order, relief: Relief | None) -> Refusal | None:
         """Return why a vehicle with a launch point and a layer must not start; None if it may."""
-        calls_off = self._calls_off
         await self._inspector.settle(member)
         blocking = [check for check in await self._check(member) if check.blocks]
-        if self._calls_off != calls_off or not (relief is None or relief.may_start()):
+        if not order() or not (relief is None or relief.may_start()):
             return Refusal("was called off before it started")
         if blocking:
             return Refusal(blocking[0].describe())
@@ -134,13 +149,20 @@ class Joining:
             return f"vehicle {other_id} is or may come above its launch point: try again when it has passed"
         return self._context.flight.vet_climbs([member]).get(member.vehicle_id)
 
-    async def _bring(self, member: Member, relief: Relief | None) -> None:
+    async def _bring(self, member: Member, order: Order, relief: Relief | None) -> None:
         """Start, climb, fly to the swarm and become part of it; a vehicle that does not get there holds where it is."""
         context, assumed_offset_m = self._context, member.altitude_offset_m
+        if not order():
+            text = "stays on the ground: it was called off before it started"
+            context.journal.notice(Severity.WARNING, text, member.vehicle_id)
+            context.roster.assign(member, Task.IDLE)
+            return
         if await context.flight.command(member, Arm()) is not None:
             context.roster.assign(member, Task.IDLE)
             return
         reason = await moved_home(context, member, assumed_offset_m) or self._why_no_climb(member)
+        if not order():
+            reason = "it was called off before it started"
         if reason is not None:
             await self._stay(member, reason)
             return

@@ -247,7 +247,7 @@ class Relay:
             may_start=lambda: may_relieve() and self.is_ready(member),
             on_joined=lambda: self._hand_over(member),
         )
-        refusal = await self._joining.join(member, relief)
+        refusal = await self._joining.join(member, self._joining.order(may_relieve), relief)
         if refusal is None:
             member.is_ready = False
             self._refused.pop(member.vehicle_id, None)

@@ -150,6 +150,7 @@ export const refusals: readonly StationText[] = [
     "das Höhenmodell, dem ihre Höhenebene folgt, ist nicht geladen",
   ],
   ["was called off before it started", "wurde vor dem Start abgesagt"],
+  ["it was called off before it started", "der Start wurde abgesagt"],
   [
     "has taken off, or is about to: hold, return or land it",
     "ist gestartet oder startet gerade: halten, zurückholen oder landen",
