@@ -35,7 +35,11 @@ Written by `make bench` (`make bench ARGS="imaging render"` for some): every row
 machine named in its last column; the ratio compares with a peer measured in the same run. A goal that the figure
 misses is marked. Rows that a run leaves out keep their figures, with the commit that was measured. Commands to 20 and
 50 vehicles are measured while each core analyses images.
-
+"""
+NONE_YET = "none yet"
+"""Release of the figures before the first one."""
+NO_RELEASE = "There has been no release yet.\n"
+COLUMNS = """
 | work | median | ratio to its peer | goal | last release | measured |
 |---|---|---|---|---|---|
 """
@@ -116,6 +120,12 @@ def line(row: dict[str, Any], release: str) -> str:
     return f"| {' | '.join(cells)} |\n"
 
 
+def table(data: dict[str, Any]) -> str:
+    """Return docs/performance.md as it is for some data."""
+    note = NO_RELEASE if data["release"] == NONE_YET else ""
+    return HEAD + note + COLUMNS + "".join(line(row, data["release"]) for row in data["rows"].values())
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("benchmarks", nargs="*", help="names without bench_; by default those with rows")
@@ -131,7 +141,7 @@ def main() -> None:
         for key, figures in measure(options.benchmarks or benchmarks_of(rows)).items():
             rows[key]["measured"] = figures | stamp()
     DATA.write_text(json.dumps(data, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
-    TABLE.write_text(HEAD + "".join(line(row, data["release"]) for row in rows.values()), encoding="utf-8")
+    TABLE.write_text(table(data), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -1,10 +1,12 @@
-"""The table of speed says which goals are missed."""
+"""The table of speed is that of its figures, and says which goals are missed."""
 
 from __future__ import annotations
 
+import json
+
 import pytest
 
-from tests.benchmarks.performance import is_missed, line
+from tests.benchmarks.performance import DATA, NO_RELEASE, NONE_YET, TABLE, is_missed, line, table
 
 
 @pytest.mark.parametrize(
@@ -36,3 +38,15 @@ def test_a_row_marks_a_missed_goal_and_one_that_is_not_measured_says_so() -> Non
     assert (cells[1], cells[3], cells[5]) == ("130 ms", "≤ 90 ms: **missed**", "2026-01-01, c, m |\n")
     cells = line(row, "1.0").split(" | ")
     assert (cells[3], cells[5]) == ("≤ 90 ms", "not yet |\n")
+
+
+def test_the_document_is_that_of_the_figures() -> None:
+    assert TABLE.read_text(encoding="utf-8") == table(json.loads(DATA.read_text(encoding="utf-8")))
+
+
+@pytest.mark.parametrize(("release", "cell"), [(NONE_YET, "\N{EN DASH}"), ("1.0", "120 ms (1.0)")])
+def test_the_document_says_where_there_is_no_release(release: str, cell: str) -> None:
+    row = {"work": "a step", "unit": "ms", "goal": "", "peer": ""} | ({} if release == NONE_YET else {"release": 120.0})
+    text = table({"release": release, "rows": {"mission.step": row}})
+    assert (NO_RELEASE in text) is (release == NONE_YET)
+    assert text.endswith(f"| {cell} | not yet |\n")
