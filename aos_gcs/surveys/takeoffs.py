@@ -25,7 +25,7 @@ class Takeoff:
     """A place that an aircraft has taken off from."""
 
     altitude_amsl_m: AmslM
-    """Its altitude as its photographs tell it, in the median."""
+    """Altitude that its photographs tell, in the median."""
     photographs: tuple[int, ...]
     """Indices of the photographs of the flight."""
     strays: tuple[int, ...] = ()

@@ -1,4 +1,4 @@
-"""How much of a simulated person a camera sees."""
+"""Share of a simulated person that a camera sees."""
 
 from __future__ import annotations
 
