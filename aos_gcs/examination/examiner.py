@@ -37,6 +37,8 @@ from aos_gcs.surveys.model import Survey, SurveyImage
 from aos_gcs.surveys.seen_ground import ground_height_m, seen_ground
 from aos_gcs.surveys.significance import MIN_VIEWS
 
+_MANY = 0.2
+"""Share of the pictures from which on those that are left out are named beside the result."""
 _WHOLE = 0.8
 """Share of the ground from which all of it counts as examined: single frames see the edges of every flight."""
 
@@ -95,8 +97,8 @@ class Examiner:
         self._shown: set[int] = set()
         """Indices of the images that the overview holds."""
 
-    async def run(self) -> None:
-        """Examine what has not been examined, and conclude.
+    async def run(self) -> str:
+        """Examine what has not been examined, and conclude; return which pictures are left out, if they are many.
 
         Raises:
             InputDataError: no image can be read.
@@ -113,7 +115,7 @@ class Examiner:
             await self._mission.update(message=self._progress(number, window))
             await self._examine(number, window)
             await self._recorder.flush()
-        await self._conclude()
+        return await self._conclude()
 
     def _progress(self, number: int, window: FrameWindow) -> str:
         first, last, count = window.first + 1, window.last + 1, len(window.frames)
@@ -124,23 +126,40 @@ class Examiner:
             f"Examining {some}pictures {first} to {last} of {len(self._work.survey.images)}, window {number} of {total}"
         )
 
-    async def _conclude(self) -> None:
+    async def _conclude(self) -> str:
         mission, images = self._mission, len(self._work.survey.images)
         persons = mission.persons
         if len(self._broken) == images:
             raise InputDataError(f"None of the {images} images can be read: {next(iter(self._broken.values()))}")
         outcome = Outcome.FOUND if persons else Outcome.NOT_FOUND
         found = f"{persons} possible {'person' if persons == 1 else 'persons'}" if persons else "no person found"
-        took_part = self._took_part()
-        examined = len({index for window in took_part for index in window})
-        limits = await asyncio.to_thread(self._limits, took_part)
-        text = f"{examined} of {images} pictures examined: {found}{limits}"
+        total, left_out = self._counted()
+        limits = await asyncio.to_thread(self._limits, self._took_part())
+        text = f"{total - len(left_out)} of {total} pictures examined: {found}{limits}"
+        many = ""
+        if len(left_out) > _MANY * total:
+            name, reason = left_out[0]
+            many = f"{len(left_out)} of {total} pictures are left out; {name}: {reason.removesuffix('.')}."
+            text += f" {many}"
         if self._work.survey.warnings:
             text += " Read the warnings about heights first."
         await self._recorder.record_outcome(OutcomeRecord(self._clock.utc_s(), outcome, {"images": images}))
         await mission.notice(Severity.INFO, text)
         await mission.update(phase=Phase.DONE, outcome=outcome, message=text)
         await self._recorder.flush()
+        return many
+
+    def _counted(self) -> tuple[int, list[tuple[str, str]]]:
+        """Return the number of pictures to be examined, and the names of those that were not, with the reasons."""
+        survey = self._work.survey
+        left_out = [(name, reason) for name, reason in survey.left_out.items() if name not in survey.not_chosen]
+        total = len(survey.images) + len(left_out)
+        missing: dict[int, str] = {}
+        examined = {index for window in self._took_part() for index in window}
+        for window, step in zip(self._work.windows, self._mission.steps(), strict=False):
+            missing |= {window.frames[number - 1]: reason for number, reason in step.missing.items()}
+        left_out += [(survey.images[index].path.name, missing[index]) for index in sorted(missing.keys() - examined)]
+        return total, [(printable(name), printable(reason)) for name, reason in left_out]
 
     def _took_part(self) -> list[list[int]]:
         """Return the indices of the frames of each window that were examined in it."""

@@ -105,8 +105,8 @@ async def run_survey(survey: SurveyFolder, config: ApiConfig | None, imaging: Im
 
 
 async def _examine(examiner: Examiner | None) -> None:
-    if examiner is not None:
-        await examiner.run()
+    if examiner is not None and (left_out := await examiner.run()):
+        _log.warning("%s", left_out)
 
 
 @contextmanager

@@ -57,6 +57,8 @@ class Survey:
     """What may make the result wrong, with the remedy; shown beside the result, too."""
     takeoffs: tuple[Takeoff, ...] = ()
     """Places of takeoff of photographs; none where their altitudes are not told."""
+    not_chosen: frozenset[str] = frozenset()
+    """Names of the images that are left out because others were asked for."""
 
     @property
     def lacks_altitudes(self) -> bool:

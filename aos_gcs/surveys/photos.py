@@ -7,7 +7,6 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -22,7 +21,8 @@ from aos_gcs.geotags.photo import Geotag, read_geotag
 from aos_gcs.geotags.sensors import Sensor
 from aos_gcs.input_values import require_folder
 from aos_gcs.surveys.apart import far_apart
-from aos_gcs.surveys.images import THERMAL, bands_of, check_image, read_image
+from aos_gcs.surveys.images import THERMAL, check_image
+from aos_gcs.surveys.kinds import usual_kind
 from aos_gcs.surveys.model import Survey, SurveyImage
 from aos_gcs.surveys.radiometric.reading import read_thermal_camera
 from aos_gcs.surveys.radiometric.settings import TemperatureSettings
@@ -46,6 +46,10 @@ class _Photo:
     """Height above the ground, or above the place of takeoff."""
     takeoff_amsl_m: AmslM | None
     """Altitude of the place of takeoff, in the altitude reference of this photograph; None where it is not told."""
+
+
+class _OtherSensorError(InputDataError):
+    """A photograph was taken by another sensor than the one that was chosen."""
 
 
 def read_photos(
@@ -93,40 +97,53 @@ def read_photos(
         raise InputDataError(f"None of the {count} photographs in {folder} lie in the range of frames.")
     photos: list[_Photo] = []
     left_out: dict[str, str] = {}
-    bands: tuple[str, ...] | None = None
-    dtype: np.dtype[Any] | None = None
+    not_chosen: list[str] = []
     by_size: dict[int, list[Path]] = {}
     for path in paths:
+        name = path.relative_to(folder).as_posix()
         try:
-            photo = _read(path, ground_amsl_m, optics, lens, temperatures)
-            _refuse_other_sensor(photo.tag.sensor, sensor)
+            photo = _read(path, ground_amsl_m, optics, lens, temperatures, sensor=sensor)
             _refuse_copy(path, by_size.setdefault(path.stat().st_size, []))
-            if bands is None:
-                pixels = None if temperatures is not None else read_image(path)
-                bands, dtype = (THERMAL, None) if pixels is None else (bands_of(pixels), pixels.dtype)
         except InputDataError as error:
-            left_out[path.relative_to(folder).as_posix()] = str(error)
+            left_out[name] = str(error)
+            not_chosen += [name] if isinstance(error, _OtherSensorError) else []
             continue
         photos.append(photo)
         by_size[path.stat().st_size].append(path)
-    if bands is None:
+    if not photos:
         name, reason = next(iter(left_out.items()))
         remedy = "; images without tags need --poses" if Path(name).suffix.lower() in _TIFF_SUFFIXES else ""
         raise InputDataError(f"None of the {len(paths)} photographs in {folder} can be used; {name}: {reason}{remedy}")
     if sensor is None:
         _refuse_mixed(photos, folder)
     photos = _together(photos, left_out, folder)
+    kind = None
+    if temperatures is None:
+        usual = usual_kind([photo.path for photo in photos], None, f"photographs in {folder}", same_size=False)
+        kind = usual.kind
+        left_out |= {path.relative_to(folder).as_posix(): reason for path, reason in usual.odd.items()}
+        photos = [photo for photo in photos if photo.path not in usual.odd]
     takeoffs = group_takeoffs([photo.takeoff_amsl_m for photo in photos])
     photos = _with_shared_takeoffs(photos, takeoffs)
     # Without any altitude the map's scale suffers, by a millionth per six metres, and terrain lies at a wrong height.
     takeoff_amsl_m = takeoffs[0].altitude_amsl_m if takeoffs else SEA_LEVEL
     ground = takeoff_amsl_m if ground_amsl_m is None else AmslM(ground_amsl_m)
     world = LocalFrame(GeodeticPosition(photos[0].tag.latitude_deg, photos[0].tag.longitude_deg, ground))
+    dtype = None if kind is None else kind.dtype
     images = tuple(
         replace(_placed(photo, world, ground_amsl_m), dtype=dtype, temperatures=temperatures) for photo in photos
     )
     warnings = () if ground_amsl_m is not None else _takeoff_warnings(photos, takeoffs, folder, on_terrain=on_terrain)
-    return Survey(images, bands, world.origin, left_out, remarks=_remarks(photos), warnings=warnings, takeoffs=takeoffs)
+    return Survey(
+        images,
+        THERMAL if kind is None else kind.bands,
+        world.origin,
+        left_out,
+        remarks=_remarks(photos),
+        warnings=warnings,
+        takeoffs=takeoffs,
+        not_chosen=frozenset(not_chosen),
+    )
 
 
 def _with_shared_takeoffs(photos: Sequence[_Photo], takeoffs: Sequence[Takeoff]) -> list[_Photo]:
@@ -253,9 +270,12 @@ def _read(
     optics: float | Intrinsics | None,
     lens: LensDistortion | None,
     temperatures: TemperatureSettings | None,
+    *,
+    sensor: Sensor | None,
 ) -> _Photo:
     check_image(path)
     tag = read_geotag(path)
+    _refuse_other_sensor(tag.sensor, sensor)
     if temperatures is not None:
         camera = _radiometric_camera(path, tag, optics, temperatures)
     elif isinstance(optics, Intrinsics):
@@ -278,7 +298,7 @@ def _read(
 def _refuse_other_sensor(sensor: Sensor | None, wanted: Sensor | None) -> None:
     if wanted is not None and sensor is not wanted:
         taken_by = "does not name its sensor" if sensor is None else f"was taken by the sensor {sensor}"
-        raise InputDataError(f"it {taken_by}")
+        raise _OtherSensorError(f"it {taken_by}")
 
 
 def _refuse_mixed(photos: Sequence[_Photo], folder: Path) -> None:

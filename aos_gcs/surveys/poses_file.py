@@ -23,7 +23,8 @@ from aos_gcs.geometry.poses import Pose
 from aos_gcs.input_values import finite_number, require_folder, shown
 from aos_gcs.surveys.apart import far_apart
 from aos_gcs.surveys.conventions import PoseConvention
-from aos_gcs.surveys.images import SUFFIXES, THERMAL, bands_of, check_image, read_pixels
+from aos_gcs.surveys.images import SUFFIXES, check_image
+from aos_gcs.surveys.kinds import usual_kind
 from aos_gcs.surveys.model import Survey, SurveyImage
 from aos_gcs.surveys.radiometric.settings import TemperatureSettings
 
@@ -73,7 +74,7 @@ def read_poses(
 
     Args:
         poses_file: the JSON file.
-        image_folder: folder of the images; all have the size and the channels of the first.
+        image_folder: folder of the images; all have the size and the channels of most.
         optics: full horizontal field of view of the images, distortion left out, or their intrinsics. They replace
             the file's own, which must be there without them.
         lens: replaces the lens of the intrinsics and of the file.
@@ -123,17 +124,19 @@ def read_poses(
     convention.check([pose for _, pose in placed])
     if origin is not None:
         _refuse_downward_z([pose for _, pose in placed])
-    first = _first_image([path for path, _ in placed], temperatures, left_out, skip_broken=skip_broken)
-    camera = _camera(document, poses_file, first.shape, optics)
+    if not placed:
+        name, reason = next(iter(left_out.items()))
+        raise InputDataError(f"None of the {len(left_out)} images can be used; {name}: {reason}")
+    # An image that differs, or cannot be read, is named when it is read.
+    kind = usual_kind([path for path, _ in placed], temperatures, f"images in {image_folder}").kind
+    camera = _camera(document, poses_file, kind.size_px, optics)
     camera = replace(camera, distortion=lens or camera.distortion)
     images = tuple(
-        SurveyImage(path, pose, camera, first.dtype, times_s.get(path), temperatures)
-        for path, pose in placed
-        if path.name not in left_out
+        SurveyImage(path, pose, camera, kind.dtype, times_s.get(path), temperatures) for path, pose in placed
     )
     return Survey(
         images,
-        THERMAL if temperatures is not None else bands_of(first),
+        kind.bands,
         origin,
         left_out,
         folder.names_beside([path for path, _ in placed], named),
@@ -165,10 +168,10 @@ def read_document(poses_file: Path) -> Mapping[str, Any]:
 
 
 def _camera(
-    document: Mapping[str, Any], poses_file: Path, shape: tuple[int, ...], optics: float | Intrinsics | None
+    document: Mapping[str, Any], poses_file: Path, size_px: tuple[int, int], optics: float | Intrinsics | None
 ) -> CameraModel:
-    """Return the camera of images of a shape (H, W, C); the lens of the file applies unless intrinsics are given."""
-    height_px, width_px, _ = shape
+    """Return the camera of images of a height and a width; the lens of the file applies unless intrinsics are given."""
+    height_px, width_px = size_px
     if isinstance(optics, Intrinsics):
         return optics.camera(width_px, height_px)
     own_lens = _own_lens(document, poses_file)
@@ -185,8 +188,8 @@ def _camera(
     sizes = [_length(document[name], name, place) for name in SIZE if document.get(name) is not None]
     if len(sizes) == 1:
         raise InputDataError(f"{place} has one of 'width' and 'height': give both, or none.")
-    size_px = (round(sizes[0]), round(sizes[1])) if sizes else None
-    own = Intrinsics(fx_px, given.get("fy", fx_px), given.get("cx"), given.get("cy"), size_px, own_lens, place)
+    told_px = (round(sizes[0]), round(sizes[1])) if sizes else None
+    own = Intrinsics(fx_px, given.get("fy", fx_px), given.get("cx"), given.get("cy"), told_px, own_lens, place)
     return own.camera(width_px, height_px)
 
 
@@ -293,21 +296,6 @@ def _refuse_downward_z(poses: Sequence[Pose]) -> None:
     """Refuse a world whose z points down, of which an origin on the earth would make a mirror image."""
     if poses and np.median([pose.R_cam2enu[2, 2] for pose in poses]) > 0.0:
         raise InputDataError(Z_DOWN)
-
-
-def _first_image(
-    paths: Sequence[Path], temperatures: TemperatureSettings | None, left_out: dict[str, str], *, skip_broken: bool
-) -> NDArray[Any]:
-    """Return the first image that can be decoded; those before it are left out."""
-    for path in paths:
-        try:
-            return read_pixels(path, temperatures)
-        except InputDataError as error:
-            if not skip_broken:
-                raise
-            left_out[path.name] = str(error)
-    name, reason = next(iter(left_out.items()))
-    raise InputDataError(f"None of the {len(left_out)} images can be used; {name}: {reason}")
 
 
 def _pose(entry: Mapping[str, Any], place: str, convention: PoseConvention) -> Pose:

@@ -239,7 +239,8 @@ def test_corrected_poses_are_those_of_one_camera(tmp_path: Path, capfd: pytest.C
     flight.write_photographs(folder)
     tags = {"RelativeAltitude": "+20", "GimbalYawDegree": 0, "GimbalPitchDegree": -90, "CalibratedFocalLength": 170}
     xmp = xmp_packet({f"drone-dji:{name}": value for name, value in tags.items()})
-    write_photograph(folder / "0_3.jpg", np.zeros((144, 192), np.uint8), exif_block(48.3069, 14.2858), xmp)
+    ramp = np.tile(np.arange(192, dtype=np.uint8), (144, 1))
+    write_photograph(folder / "0_3.jpg", ramp, exif_block(48.3069, 14.2858), xmp)
     refined = tmp_path / "refined.json"
     assert exit_status(["calibrate", str(folder), "--poses-out", str(refined)]) == 2
     assert "0_0.jpg and 0_3.jpg have different sizes or focal lengths" in capfd.readouterr().err
@@ -251,7 +252,7 @@ def test_images_without_texture_are_refused(tmp_path: Path, capfd: pytest.Captur
 
     flight = CalibrationFlight(tmp_path, Truth(heights_m=(20.0,), headings_deg=(0.0, 180.0)))
     for path in flight.images.iterdir():
-        cv2.imwrite(str(path), np.full((144, 192), 90, dtype=np.uint8))
+        cv2.imwrite(str(path), np.tile(np.arange(192, dtype=np.uint8) // 2, (144, 1)))
     out = tmp_path / "calibration.json"
     assert exit_status(flight.arguments(out)) == 2
     assert "have only 0 points in common" in capfd.readouterr().err
