@@ -78,9 +78,7 @@ def _text(survey: Survey, path: Path, heights: FlownHeights, offset_m: float, *,
     if cause.endswith(_UNITS):
         return f"{differ}: {cause}. Convert them to metres."
     if excess_m > _MAX_FALL_M:
-        return (
-            f"{differ}: check the terrain for holes that are not declared (gdal_edit.py -a_nodata -9999), and its unit."
-        )
+        return f"{differ}: check the terrain for holes that are not declared (gdal_edit.py -a_nodata 0), and its unit."
     reason = cause or "the two count heights from different surfaces, such as the ellipsoid, or in different units"
     offset = f"--dem-offset {offset_m + excess_m:.1f}"
     remedy = f"{offset} puts the terrain at the height of the place of takeoff"

@@ -131,7 +131,6 @@ def test_heights_above_the_ellipsoid_are_recognised(
     ("height_m", "words"),
     [
         (310.0 / 0.3048, r"m below the terrain .*: the model's heights look like feet\. Convert them to metres\.$"),
-        (-9999.0, r"10329\.0 m above the terrain .*: check the terrain for holes that are not declared"),
         (340.0, r"10\.0 m below the terrain .* rises by 30\.0 m from there, .*: --dem-offset -30\.0 puts"),
     ],
 )
@@ -141,6 +140,15 @@ def test_a_terrain_in_which_nothing_can_be_found_is_refused(
     refused = misfit_of(photographs, capfd, write_flat_terrain(tmp_path / "dem.tif", height_m), status=2)
     assert re.search(words, refused), refused
     assert not photographs.out.exists()
+
+
+def test_heights_of_zero_where_there_are_none_are_refused(
+    photographs: Photographs, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    for index in range(6):
+        photographs.change(f"{index}.jpg", AbsoluteAltitude="2330.00")
+    refused = misfit_of(photographs, capfd, write_flat_terrain(tmp_path / "dem.tif", 0.0), status=2)
+    assert re.search(r"2330\.0 m above the terrain .*: check the terrain for holes that are not declared", refused)
 
 
 def test_each_takeoff_is_compared_with_the_terrain(
