@@ -105,7 +105,7 @@ def _png_size(data: FileContent) -> tuple[int, int]:
 
 def _jpeg_size(data: FileContent) -> tuple[int, int]:
     """Walk from marker to marker to the first frame header."""
-    for marker, offset in _jpeg_segments(data):
+    for marker, offset in jpeg_segments(data):
         if 0xC0 <= marker <= 0xCF and marker not in _NO_JPEG_FRAME:
             height, width = struct.unpack_from(">HH", data, offset + 5)
             return width, height
@@ -115,13 +115,18 @@ def _jpeg_size(data: FileContent) -> tuple[int, int]:
 def _jpeg_scan(data: FileContent) -> int:
     """Return where the first scan begins; the end of the file if there is none."""
     try:
-        return next((offset for marker, offset in _jpeg_segments(data) if marker == _JPEG_SCAN), len(data))
+        return next((offset for marker, offset in jpeg_segments(data) if marker == _JPEG_SCAN), len(data))
     except (struct.error, InputDataError):
         return len(data)
 
 
-def _jpeg_segments(data: FileContent) -> Iterator[tuple[int, int]]:
-    """Yield the marker and the offset of each segment, up to the first scan."""
+def jpeg_segments(data: FileContent) -> Iterator[tuple[int, int]]:
+    """Yield the marker and the offset of each segment of a JPEG file, up to the first scan.
+
+    Raises:
+        InputDataError: there is none where one must be.
+        struct.error: the file ends before.
+    """
     offset, marker = 2, 0
     while marker != _JPEG_SCAN:
         prefix, marker = struct.unpack_from(">BB", data, offset)

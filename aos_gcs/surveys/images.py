@@ -16,6 +16,7 @@ from aos_gcs.equal_bands import COLOURS, GREY, without_equal_bands
 from aos_gcs.errors import InputDataError
 from aos_gcs.image_headers import FileContent, TornImageError, as_stored, is_cut_off, picture_sizes
 from aos_gcs.imaging.model import Frame
+from aos_gcs.jpeg_damage import is_damaged
 from aos_gcs.surveys.model import SurveyImage
 from aos_gcs.surveys.radiometric.reading import read_temperatures
 from aos_gcs.surveys.radiometric.settings import TemperatureSettings
@@ -103,13 +104,16 @@ def read_image(path: Path) -> NDArray[Any]:
     An alpha channel is dropped. Pixels stay as they are stored, whatever an Orientation tag says.
 
     Raises:
-        InputDataError: if it is missing, unreadable, incomplete or too large, or has values that are no numbers.
+        InputDataError: if it is missing, unreadable, incomplete, damaged or too large, or has values that are no
+            numbers.
     """
     try:
         content = path.read_bytes()
     except OSError as error:
         raise InputDataError(f"The image {path} cannot be read: {error.strerror}.") from error
     _check(path, content)
+    if is_damaged(content):
+        raise InputDataError(f"The image {path} is damaged: a part of its data is lost. Copy it again from its source.")
     try:
         image = cv2.imdecode(np.frombuffer(as_stored(content), dtype=np.uint8), cv2.IMREAD_UNCHANGED)
     except cv2.error as error:

@@ -275,6 +275,20 @@ def test_a_picture_that_cannot_be_read_is_left_out(photographs: Photographs, cap
     assert survey(capfd, photographs.images)["findings"]
 
 
+def test_a_damaged_picture_is_named_and_left_out(photographs: Photographs, capfd: pytest.CaptureFixture[str]) -> None:
+    """A stretch of a memory card that reads as zeros: decoders fill it up with the rest of the picture moved."""
+    content = bytearray((photographs.images / "4.jpg").read_bytes())
+    first = content.index(b"\xff\xda") + 100
+    assert len(content) > first + 600
+    content[first : first + 400] = bytes(400)
+    (photographs.images / "4.jpg").write_bytes(content)
+    result = survey(capfd, photographs.images)
+    assert result["message"].startswith("5 of 6 pictures examined: 1 possible person")
+    with MissionReader(Path(result["folder"])) as reader:
+        texts = [getattr(event.data, "text", "") for event in reader.events()]
+    assert [text for text in texts if re.match(r"Picture left out: .*4\.jpg is damaged: .* Copy it again", text)]
+
+
 def test_names_of_pictures_need_not_be_text(photographs: Photographs, capfd: pytest.CaptureFixture[str]) -> None:
     """Cards of older cameras hold names that are no UTF-8."""
     for name, latin in (("1.jpg", b"1\xe9.jpg"), ("2.jpg", b"2\xe9\n.jpg")):
