@@ -110,7 +110,7 @@ class Swarm:
             journal=journal,
             flight=self._flight,
         )
-        self._vehicle_tasks = VehicleTasks()
+        self._vehicle_tasks = VehicleTasks(lambda: context)
         self._return_and_land = ReturnAndLand(context, self._vehicle_tasks)
         self._monitor = Monitor(
             lambda: self._return_and_land,

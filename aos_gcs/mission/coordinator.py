@@ -100,7 +100,7 @@ class Coordinator:
         self._mission_id = mission_id
         self._following = following
         self._is_renewed = asyncio.Event()
-        self._vehicle_tasks = VehicleTasks()
+        self._vehicle_tasks = VehicleTasks(lambda: self.sortie.context)
         self._return_heights = ReturnHeights(self._context, settings, unrestored)
         self._inspector = Inspector(self._context, settings, self._return_heights, lambda: self.sortie.context)
         self.sortie = self._make_sortie(settings, None)

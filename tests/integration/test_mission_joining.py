@@ -12,7 +12,7 @@ from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.planning.settings import PreflightSettings
-from aos_gcs.ports import Arm, Command, Disarm, Hold, Takeoff
+from aos_gcs.ports import Arm, Command, Disarm, Hold, ReturnToLaunch, Severity, Takeoff
 from tests.fakes.fleet import FakeVehicle
 from tests.fakes.joining import heard, paused, switch_on
 from tests.fakes.mission_flight import Flight, flying, prepare
@@ -193,6 +193,61 @@ async def test_a_search_that_ends_while_a_vehicle_arms_keeps_it_on_the_ground() 
         assert "stays on the ground: it was called off before it started" in flight.texts()
         assert flight.task(5) is Task.IDLE
         flight.mission.phase = Phase.SCAN
+        await flight.commands.act(Action.ABORT, None)
+        await run
+
+
+async def test_a_return_of_a_vehicle_that_cannot_take_off_ends_its_start_and_nothing_else() -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await paused(flight)
+        vehicle = switch_on(flight, 5)
+        vehicle.refuses = frozenset({Takeoff})
+        await heard(flight, 5)
+        obey = vehicle.execute
+
+        async def disarm_slowly(command: Command, deadline_s: float) -> None:
+            if isinstance(command, Disarm):
+                await flight.clock.sleep(3.0)
+            await obey(command, deadline_s)
+
+        vehicle.execute = disarm_slowly  # type: ignore[method-assign]
+        await flight.commands.act(Action.JOIN, (5,))
+        await flight.until(lambda: any(isinstance(command, Takeoff) for command in vehicle.commands))
+        await flight.clock.sleep(1.0)
+        await flight.commands.act(Action.RETURN, (5,))
+        await flight.clock.sleep(6.0)
+        assert [type(command) for command in vehicle.commands] == [Arm, Takeoff, ReturnToLaunch]
+        assert flight.task(5) is Task.LANDED
+        assert [flight.task(number) for number in (1, 2, 3, 4)] == [Task.SWARM] * 4
+        await flight.commands.act(Action.ABORT, None)
+        await run
+
+
+@pytest.mark.parametrize(
+    ("broken", "last", "task"), [("moved_home", Disarm, Task.LANDED), ("Approach.fly", Hold, Task.HELD)]
+)
+async def test_a_defect_in_the_start_of_one_vehicle_holds_that_one_and_the_others_fly_on(
+    monkeypatch: pytest.MonkeyPatch, broken: str, last: type, task: Task
+) -> None:
+    async def fail(*_: object) -> bool:
+        raise RuntimeError("something unforeseen")
+
+    flight = prepare()
+    async with flying(flight) as run:
+        await paused(flight)
+        vehicle = switch_on(flight, 5)
+        await heard(flight, 5)
+        monkeypatch.setattr(f"aos_gcs.mission.fleet.joining.{broken}", fail)
+        await flight.commands.act(Action.JOIN, (5,))
+        await flight.clock.sleep(15.0)
+        assert (type(vehicle.commands[-1]), flight.task(5)) == (last, task)
+        found = [
+            event.data for event in flight.recorder.events if event.kind == "notice" and event.data.vehicle_id == 5
+        ]
+        text = "internal error, it is held: RuntimeError('something unforeseen'). Return it, or land it"
+        assert (Severity.CRITICAL, text) in {(notice.severity, notice.text) for notice in found}
+        assert [flight.task(number) for number in (1, 2, 3, 4)] == [Task.SWARM] * 4
         await flight.commands.act(Action.ABORT, None)
         await run
 

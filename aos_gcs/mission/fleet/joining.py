@@ -19,6 +19,7 @@ from aos_gcs.ports import Arm, Disarm, Severity, Takeoff
 
 Check = Callable[[Member], Awaitable[Sequence[PreflightCheck]]]
 """Function that returns the preflight checks of one vehicle, as they are now."""
+_NOT_STARTED = frozenset({Task.JOINING, Task.LOST})
 Order = Callable[[], bool]
 """Function that returns whether an order to join still holds."""
 
@@ -155,16 +156,16 @@ class Joining:
         if not order():
             text = "stays on the ground: it was called off before it started"
             context.journal.notice(Severity.WARNING, text, member.vehicle_id)
-            context.roster.assign(member, Task.IDLE)
+            self._release(member)
             return
         if await context.flight.command(member, Arm()) is not None:
-            context.roster.assign(member, Task.IDLE)
+            self._release(member)
             return
         reason = await moved_home(context, member, assumed_offset_m) or self._why_no_climb(member)
         if not order():
             reason = "it was called off before it started"
-        if reason is not None:
-            await self._stay(member, reason)
+        if reason is not None or member.task is not Task.JOINING:
+            await self._stay(member, reason or "")
             return
         if (height_m := context.roster.layers.above_home_m(member)) is None:
             raise RuntimeError(f"vehicle {member.vehicle_id} has no altitude layer")
@@ -195,5 +196,11 @@ class Joining:
         """Stop the motors of a vehicle that has not taken off; report why where that is not known yet."""
         if reason:
             self._context.journal.notice(Severity.WARNING, f"stays on the ground: {reason}", member.vehicle_id)
-        await self._context.flight.command(member, Disarm())
-        self._context.roster.assign(member, Task.IDLE)
+        if member.task in _NOT_STARTED:
+            await self._context.flight.command(member, Disarm())
+        self._release(member)
+
+    def _release(self, member: Member) -> None:
+        """Let a vehicle that has not taken off wait again, unless it has got another task meanwhile."""
+        if member.task in _NOT_STARTED:
+            self._context.roster.assign(member, Task.IDLE)

@@ -153,14 +153,14 @@ class ReturnAndLand:
     async def send_home(self, member: Member, reason: str, severity: Severity = Severity.WARNING) -> Refusal | None:
         """Have one vehicle leave the swarm and return on its own.
 
-        It flies home in its own layer, where no other vehicle flies, and lands once the column below it is free. A
-        vehicle that cannot be flown home like that is handed to its autopilot's own return.
+        It flies home in its own layer, and lands once the column below is free; otherwise its autopilot returns it.
         """
         self._context.journal.notice(severity, f"returns on its own: {reason}", member.vehicle_id)
         if self._can_fly_home(member):
             self._context.roster.assign(member, Task.RETURNING)
             self._vehicle_tasks.start(member.vehicle_id, self._fly_home(member))
             return None
+        self._vehicle_tasks.stop(member.vehicle_id)
         return await self._hand_over(member)
 
     def stop(self, member: Member) -> None:

@@ -3,13 +3,25 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Coroutine
+from collections.abc import Callable, Coroutine
+
+from aos_gcs.mission.context import FlightContext
+from aos_gcs.mission.fleet.roster import FLYING
+from aos_gcs.mission.model.vehicles import Task
+from aos_gcs.ports import Disarm, Hold, Severity
 
 
 class VehicleTasks:
-    """Runs at most one procedure per vehicle; a newer one ends an older one. All end with ``run``."""
+    """Runs at most one procedure per vehicle; a newer one ends an older one. All end with ``run``.
 
-    def __init__(self) -> None:
+    A procedure that fails by a defect of the program holds its vehicle; all others fly on.
+
+    Args:
+        context: returns the context of the present flight.
+    """
+
+    def __init__(self, context: Callable[[], FlightContext]) -> None:
+        self._context = context
         self._group: asyncio.TaskGroup | None = None
         self._tasks: dict[int, asyncio.Task[None]] = {}
 
@@ -28,7 +40,28 @@ class VehicleTasks:
         if self._group is None:
             procedure.close()
             raise RuntimeError("a vehicle's procedure was started before run()")
-        self._tasks[vehicle_id] = self._group.create_task(procedure)
+        task = self._tasks[vehicle_id] = self._group.create_task(self._guard(vehicle_id, procedure))
+        # One that is stopped before it has begun was never awaited.
+        task.add_done_callback(lambda _: procedure.close())
+
+    async def _guard(self, vehicle_id: int, procedure: Coroutine[None, None, None]) -> None:
+        try:
+            await procedure
+        except Exception as error:
+            await self._hold(vehicle_id, error)
+
+    async def _hold(self, vehicle_id: int, error: Exception) -> None:
+        """Hold the vehicle of a procedure that has failed; one that still stands on the ground stops its motors."""
+        context = self._context()
+        (member,) = context.roster.select([vehicle_id])
+        text = f"internal error, it is held: {error!r}. Return it, or land it"
+        context.journal.notice(Severity.CRITICAL, text, vehicle_id)
+        if not context.roster.may_fly(member):
+            return
+        if member.task in FLYING:
+            context.roster.assign(member, Task.HELD)
+        if not member.has_pilot:
+            await context.flight.command(member, Hold() if member.airborne else Disarm())
 
     def is_running(self, vehicle_id: int) -> bool:
         """Return whether a vehicle has a procedure that is not finished."""

@@ -169,6 +169,10 @@ export const flight: readonly StationText[] = [
   ],
   ["has joined the swarm", "ist im Schwarm"],
   [
+    "internal error, it is held: {error}. Return it, or land it",
+    "interner Fehler, sie wird gehalten: {error}. Zurückholen oder landen",
+  ],
+  [
     "did not reach the swarm in time. Resume it to have it follow, or return it",
     "hat den Schwarm nicht rechtzeitig erreicht. Fortsetzen, damit sie folgt, oder zurückholen",
   ],
