@@ -16,14 +16,20 @@ from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.imaging.step.settings import MAX_RATE_HZ
 from aos_gcs.planning.advice import forest_aperture
 from aos_gcs.planning.estimate import PlanEstimate, launch_place, planned_leg_count, planned_legs
-from aos_gcs.planning.leg_order import chances_of, order_legs
+from aos_gcs.planning.expected_views import MOST_EXPOSURES, exposures_of_places
+from aos_gcs.planning.leg_order import chances_of, exposures_of_a_pass, order_legs
 from aos_gcs.planning.legs import ScanLeg, in_passes
 from aos_gcs.planning.plan import SPACING_PARAMETER, MissionPlan, PlanProblem, apply_plan
 from aos_gcs.planning.plan_warnings import plan_warnings
 from aos_gcs.planning.prior_check import check_prior, plan_prior
 from aos_gcs.planning.relief_estimate import estimate_over_ground
-from aos_gcs.planning.search_settings import GREATEST_POD, LEAST_POD, MAX_LINE_SPACING_M, MAX_PASSES
-from aos_gcs.planning.settings import GREATEST_FLIGHT_SETTINGS, MAX_HEIGHT_M, MissionSettings
+from aos_gcs.planning.search_settings import GREATEST_POD, LEAST_POD, MAX_LINE_SPACING_M, MAX_PASSES, SearchMode
+from aos_gcs.planning.settings import (
+    GREATEST_FLIGHT_SETTINGS,
+    LEAST_FLIGHT_SETTINGS,
+    MAX_HEIGHT_M,
+    MissionSettings,
+)
 from aos_gcs.planning.sites import Homes, check_paths, check_points, planned_ground
 from aos_gcs.planning.terrain_check import check_terrain
 from aos_gcs.swarm.declaration import Parameter
@@ -42,9 +48,12 @@ MAX_BARRIER_VERTICES = 200
 MAX_LEGS = 100
 """Greatest number of legs: far more than batteries last for."""
 
+OUT_OF_MEMORY = (
+    "Checking this plan takes more memory than the station has: make the search area smaller, or use fewer vehicles or "
+    "fewer frames per second."
+)
+
 _DAY_S = 86_400.0
-_SLOWEST_MPS = 0.1
-"""Least speed of a flight: less is a slip of the pen."""
 _POSITIVE = (
     "lowest_layer_m",
     "layer_spacing_m",
@@ -105,7 +114,16 @@ def examine_plan(
     origin: GeodeticPosition | None = None,
 ) -> PlanExamination:
     """Return the problems of a plan, as ``check_plan`` does, with its legs and its estimate."""
-    homes_enu_m, estimate = homes_enu_m or {}, None
+    try:
+        return _examined(plan, settings, homes_enu_m or {}, origin)
+    except MemoryError:
+        return PlanExamination((PlanProblem("area_enu_m", OUT_OF_MEMORY),), (), None)
+
+
+def _examined(
+    plan: MissionPlan, settings: MissionSettings, homes_enu_m: Homes, origin: GeodeticPosition | None
+) -> PlanExamination:
+    estimate = None
     problems, legs = _problems(plan, settings, homes_enu_m, origin)
     if not _blocks(problems):
         chances = chances_of(plan, settings.imaging.plane_height_m, plan_prior(plan, settings, origin))
@@ -222,10 +240,10 @@ def _check_numbers(plan: MissionPlan, settings: MissionSettings) -> Iterator[Pla
         value = getattr(plan, field)
         if not (math.isfinite(value) and value > 0.0):
             yield PlanProblem(field, f"This must be above 0, but is {value:g}.")
-    if 0.0 < plan.cruise_speed_mps < _SLOWEST_MPS:
-        yield PlanProblem(
-            "cruise_speed_mps", f"This must be {_SLOWEST_MPS:g} or more, but is {plan.cruise_speed_mps:g}."
-        )
+    for field, least in LEAST_FLIGHT_SETTINGS.items():
+        value = getattr(plan, field)
+        if 0.0 < value < least:
+            yield PlanProblem(field, f"This must be {least:g} or more, but is {value:g}.")
     if not math.radians(1.0) < plan.camera_fov_rad < math.radians(170.0):
         yield PlanProblem("camera_fov_rad", "The field of view must lie between 1 and 170 degrees.")
     if not 0.0 <= plan.min_battery_fraction < 0.9:
@@ -360,3 +378,18 @@ def _check_legs(plan: MissionPlan, settings: MissionSettings) -> Iterator[PlanPr
     if count > MAX_LEGS:
         text = f"The search area takes {count} legs, {MAX_LEGS} are allowed: make it smaller, or widen the spacing."
         yield PlanProblem("area_enu_m", text)
+    elif plan.forest is not None and _exposures(plan, settings.imaging.plane_height_m, count) > MOST_EXPOSURES:
+        text = (
+            f"Frames of {plan.vehicles} vehicles are {plan.leg_speed_mps / plan.rate_hz:g} m apart along the legs: too "
+            "many to predict the probability of detection. Search faster, with fewer vehicles or frames per second, or "
+            "without describing the forest."
+        )
+        yield PlanProblem("search_speed_mps", text)
+
+
+def _exposures(plan: MissionPlan, plane_height_m: float, legs: int) -> float:
+    """Return about how many exposures the estimate of a plan counts."""
+    counted = exposures_of_a_pass(plan, plane_height_m)
+    if plan.search_mode is SearchMode.CONTINUOUS:
+        counted += exposures_of_places(plan, plane_height_m, legs)
+    return counted

@@ -34,8 +34,13 @@ FloatArray = NDArray[np.float64]
 
 PLACES: Final = 1500
 """Places of an area at which views are counted: the mean over them errs by about a hundredth."""
+MOST_EXPOSURES: Final = 50_000_000
+"""Greatest number of exposures of places, each of one place by one camera, that a plan may have counted: about eight
+seconds of a processor. A line of 250 vehicles at the usual speed and frame rate has fewer on a square kilometre."""
 _CHUNK: Final = 500
 """Places that are counted at once: 2 MB of directions."""
+_MOST_AT_ONCE: Final = 1_000_000
+"""Exposures that one camera has of the places that are counted at once, at most: some 100 MB."""
 _PLASTIC = 1.324717957244746
 """The plastic number: its powers spread places evenly over a plane, in no line with any legs."""
 
@@ -63,6 +68,24 @@ def line_of(plan: MissionPlan, plane_height_m: float) -> LineOfCameras:
         half_view=math.tan(plan.camera_fov_rad / 2.0),
         interval_m=plan.leg_speed_mps / plan.rate_hz,
     )
+
+
+def exposures_of_places(plan: MissionPlan, plane_height_m: float, legs: int, places: int = PLACES) -> float:
+    """Return about how many exposures of places have to be counted for a plan's views: cheap, however many they are.
+
+    Args:
+        plan: its shapes and numbers are valid.
+        plane_height_m: height of the focal plane above the origin.
+        legs: number of its legs in all passes.
+        places: number of places.
+    """
+    line = line_of(plan, plane_height_m)
+    direction = np.array([math.sin(plan.scan_heading_rad), math.cos(plan.scan_heading_rad)])
+    corners_m = np.array(plan.area_enu_m) @ np.column_stack((direction, line_axis(direction)))
+    along_m, across_m = np.maximum(np.ptp(corners_m, axis=0), 1e-3)
+    views_m = 2.0 * line.heights_m * line.half_view
+    exposures = np.minimum(views_m, along_m) / line.interval_m + 1.0
+    return float(legs * places * (np.minimum(1.0, views_m / across_m) * exposures).sum())
 
 
 def forest_directions(forest: ForestSettings) -> ViewDirections:
@@ -134,8 +157,9 @@ def expected_views(
         ground: ground below the layers.
     """
     views = np.zeros(len(places_enu_m), dtype=np.int64)
-    for first in range(0, len(places_enu_m), _CHUNK):
-        chunk_m = places_enu_m[first : first + _CHUNK]
+    size = _places_at_once(places_enu_m, legs, line, ground)
+    for first in range(0, len(places_enu_m), size):
+        chunk_m = places_enu_m[first : first + size]
         cells_at_m = np.column_stack((chunk_m, ground.ground.height_m(chunk_m)))
         seen = np.zeros((len(chunk_m), directions.side**2), dtype=np.bool_)
         for leg in legs:
@@ -144,8 +168,19 @@ def expected_views(
                 # Directions depend on differences alone.
                 squares, counted = directions.squares(np.zeros(3), cells_m - cameras_m)
                 seen[place[counted], squares[counted]] = True
-        views[first : first + _CHUNK] = seen.sum(axis=1)
+        views[first : first + size] = seen.sum(axis=1)
     return np.minimum(views, MAX_VIEWS)
+
+
+def _places_at_once(
+    places_enu_m: FloatArray, legs: Sequence[ScanLeg], line: LineOfCameras, ground: ViewedGround
+) -> int:
+    """Return for how many places the exposures of a camera fit into memory."""
+    lowest_m = ground.ground.height_m(places_enu_m)
+    deepest_m = ground.layers.highest_m - float(lowest_m[np.isfinite(lowest_m)].min(initial=0.0))
+    views_m = 2.0 * (float(line.heights_m.max()) + deepest_m) * line.half_view
+    longest_m = max((leg.length_m for leg in legs), default=0.0)
+    return int(np.clip(_MOST_AT_ONCE / (min(views_m, longest_m) / line.interval_m + 1.0), 1, _CHUNK))
 
 
 def _exposures(

@@ -47,6 +47,10 @@ _SHORTEST_M: Final = (120.0, 300.0)
 """Shortest parts that legs are cut into, each tried."""
 _MOST_LEGS: Final = 100
 _PLACES: Final = 3000
+_PLACES_ACROSS: Final = 40
+"""Places across a line at which the views of a pass are counted."""
+_PASS_M: Final = 400.0
+"""Length of that pass."""
 _UNKNOWN_DETECTION: Final = 0.8
 """Probability of detection of one pass where the forest is not described."""
 
@@ -162,12 +166,21 @@ def views_of_a_pass(plan: MissionPlan, plane_height_m: float) -> int:
     """Return how many independent views a place below the line gets from one pass, on average across it."""
     if plan.forest is None:
         return 0
-    leg = ScanLeg((0.0, 0.0), (0.0, 1.0), 400.0)
+    leg = ScanLeg((0.0, 0.0), (0.0, 1.0), _PASS_M)
     line = line_of(plan, plane_height_m)
     half_m = max(float(line.aside_m[-1]), 5.0)
-    across_m = np.linspace(-half_m, half_m, 40)
-    places_m = np.column_stack((across_m, np.linspace(197.0, 203.0, 40)))
+    across_m = np.linspace(-half_m, half_m, _PLACES_ACROSS)
+    places_m = np.column_stack((across_m, np.linspace(197.0, 203.0, _PLACES_ACROSS)))
     return max(1, round(float(expected_views(places_m, [leg], line, forest_directions(plan.forest)).mean())))
+
+
+def exposures_of_a_pass(plan: MissionPlan, plane_height_m: float) -> float:
+    """Return how many exposures ``views_of_a_pass`` counts at most."""
+    if plan.forest is None:
+        return 0.0
+    line = line_of(plan, plane_height_m)
+    views_m = np.minimum(2.0 * line.heights_m * line.half_view, _PASS_M)
+    return float(_PLACES_ACROSS * (views_m / line.interval_m + 1.0).sum())
 
 
 @dataclass(frozen=True, slots=True)

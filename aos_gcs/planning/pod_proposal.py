@@ -5,14 +5,17 @@ so that every place gets about as many views; they are not closer than the strat
 overlap, and a place is passed several times. For each m the speed is the greatest with which the legs reach the wanted
 probability, by the views that they will give (:mod:`aos_gcs.planning.expected_views`). Of all m the one with the
 shortest flight is proposed.
+
+More legs see more, so that nothing is proposed where the most do not reach what is wanted at the least speed, and the
+fewest that do are found by halving. What is counted for a proposal has an end, as anybody may ask for one.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from bisect import bisect_left
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import count
 from typing import Final
 
 import numpy as np
@@ -20,8 +23,13 @@ import numpy as np
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.imaging.aperture import footprint_m
 from aos_gcs.planning.estimate import estimate_flights, planned_legs
-from aos_gcs.planning.expected_views import PLACES, predicted_detection, spread_places
-from aos_gcs.planning.legs import in_passes
+from aos_gcs.planning.expected_views import (
+    PLACES,
+    exposures_of_places,
+    predicted_detection,
+    spread_places,
+)
+from aos_gcs.planning.legs import ScanLeg, in_passes
 from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.planning.search_settings import SearchMode
 from aos_gcs.planning.viewed_ground import LEVEL_GROUND, ViewedGround
@@ -38,6 +46,10 @@ _MARGIN: Final = 0.005
 _WORSE: Final = 3
 """Patterns in a row, each of a leg more than the one before, that are no better, after which no more are tried."""
 _MOST_LEGS: Final = 100
+_MOST_COUNTED: Final = 60_000_000
+"""Exposures of places that are counted for one proposal at most; what has been found by then is proposed."""
+_MOST_OF_A_PATTERN: Final = 10_000_000
+"""Exposures of places of a pattern with more of which it is not tried."""
 _STEPS: Final = 7
 """Halvings of the range of speeds."""
 _LEAST_HEIGHT_M: Final = 1.0
@@ -90,7 +102,7 @@ def propose_pattern(
         return None
     best: SearchPattern | None = None
     worse = 0
-    for pattern in _patterns(plan, plane_height_m, plan.pod, ground):
+    for pattern in _patterns(plan, _Predictions(plane_height_m, ground), min(plan.pod + _MARGIN, 1.0)):
         if best is None or pattern.flight_s < best.flight_s:
             best, worse = pattern, 0
         else:
@@ -100,26 +112,72 @@ def propose_pattern(
     return best
 
 
-def _patterns(plan: MissionPlan, plane_height_m: float, pod: float, ground: ViewedGround) -> Iterator[SearchPattern]:
+@dataclass(slots=True)
+class _Predictions:
+    """Predicted probabilities of detection, and how many exposures may still be counted for them."""
+
+    plane_height_m: float
+    ground: ViewedGround
+    left: float = _MOST_COUNTED
+
+    def legs_of(self, plan: MissionPlan) -> tuple[ScanLeg, ...]:
+        """Return the legs of all passes of a plan."""
+        return in_passes(planned_legs(plan, self.plane_height_m), plan.passes)
+
+    def detection(self, plan: MissionPlan, legs: Sequence[ScanLeg]) -> float:
+        """Return the probability of detection that legs reach."""
+        self.left -= exposures_of_places(plan, self.plane_height_m, len(legs), _PLACES)
+        figures = predicted_detection(plan, legs, self.plane_height_m, _PLACES, self.ground)
+        return 0.0 if figures is None else figures.standing
+
+    def are_few(self, plan: MissionPlan, legs: int) -> bool:
+        """Return whether so many legs of each pass can be counted at once."""
+        counted = exposures_of_places(plan, self.plane_height_m, plan.passes * legs, _PLACES)
+        return counted <= min(_MOST_OF_A_PATTERN, self.left)
+
+
+def _patterns(plan: MissionPlan, predictions: _Predictions, pod: float) -> Iterator[SearchPattern]:
     """Yield the pattern of each number of legs with which the wanted probability can be reached."""
     direction = np.array([math.sin(plan.scan_heading_rad), math.cos(plan.scan_heading_rad)])
     across_m = np.array(plan.area_enu_m) @ line_axis(direction)
     width_m = float(across_m.max() - across_m.min())
-    height_m = plan.lowest_layer_m - plane_height_m - _highest_rise_m(plan, ground)
+    height_m = plan.lowest_layer_m - predictions.plane_height_m - _highest_rise_m(plan, predictions.ground)
     view_m = footprint_m(max(_LEAST_HEIGHT_M, height_m), plan.camera_fov_rad)
     least_m = min(make_strategy(plan.strategy, plan.parameters).spacing_m, view_m)
     fastest_mps = min(FASTEST_MPS, plan.cruise_speed_mps)
+    slowest_mps = min(SLOWEST_MPS, fastest_mps)
     fewest = max(1, math.ceil(width_m / (plan.vehicles * _WIDEST_VIEW * view_m)))
-    for legs in count(fewest):
-        if legs > _MOST_LEGS:
-            return
+
+    def flown(legs: int, speed_mps: float) -> MissionPlan:
         # Rounded up: rounded down it would take a leg more.
         leg_m = math.ceil(10.0 * width_m / legs) / 10.0
         line_m = max(least_m, round(leg_m / plan.vehicles, 1))
-        one = replace(plan, line_spacing_m=line_m, leg_spacing_m=leg_m, search_speed_mps=fastest_mps)
-        fitted = _at_greatest_speed(one, plane_height_m, min(pod + _MARGIN, 1.0), fastest_mps, ground)
+        return replace(plan, line_spacing_m=line_m, leg_spacing_m=leg_m, search_speed_mps=speed_mps)
+
+    def reaches(legs: int) -> bool:
+        slow = flown(legs, slowest_mps)
+        return predictions.detection(slow, predictions.legs_of(slow)) >= pod
+
+    counted = [legs for legs in range(fewest, _MOST_LEGS + 1) if predictions.are_few(flown(legs, slowest_mps), legs)]
+    for legs in counted[_first_that(reaches, counted) :]:
+        if not predictions.are_few(flown(legs, slowest_mps), legs):
+            return
+        fitted = _at_greatest_speed(flown(legs, fastest_mps), predictions, pod, fastest_mps)
         if fitted is not None:
             yield fitted
+
+
+def _first_that(reaches: Callable[[int], bool], counted: Sequence[int]) -> int:
+    """Return the index of the least number of legs that reaches what is wanted; that of the end if none does."""
+    if not counted or reaches(counted[0]):
+        return 0
+    if len(counted) == 1 or not reaches(counted[-1]):
+        return len(counted)
+    # In growing steps, as few legs are counted sooner than many.
+    low, high = 0, 1
+    while high < len(counted) - 1 and not reaches(counted[high]):
+        low, high = high, min(2 * high, len(counted) - 1)
+    return bisect_left(counted, True, low + 1, high, key=reaches)
 
 
 def _highest_rise_m(plan: MissionPlan, ground: ViewedGround) -> float:
@@ -131,14 +189,12 @@ def _highest_rise_m(plan: MissionPlan, ground: ViewedGround) -> float:
 
 
 def _at_greatest_speed(
-    plan: MissionPlan, plane_height_m: float, pod: float, fastest_mps: float, ground: ViewedGround
+    plan: MissionPlan, predictions: _Predictions, pod: float, fastest_mps: float
 ) -> SearchPattern | None:
-    legs = in_passes(planned_legs(plan, plane_height_m), plan.passes)
+    legs = predictions.legs_of(plan)
 
     def detection(speed_mps: float) -> float:
-        flown = replace(plan, search_speed_mps=speed_mps)
-        figures = predicted_detection(flown, legs, plane_height_m, _PLACES, ground)
-        return 0.0 if figures is None else figures.standing
+        return predictions.detection(replace(plan, search_speed_mps=speed_mps), legs)
 
     if detection(fastest_mps) >= pod:
         speed_mps = fastest_mps

@@ -38,6 +38,12 @@ GREATEST_FLIGHT_SETTINGS: Final[Mapping[str, float]] = MappingProxyType(
     {"lowest_layer_m": MAX_HEIGHT_M, "layer_spacing_m": 100.0, "cruise_speed_mps": 50.0, "search_speed_mps": 50.0}
 )
 """Greatest values of settings of a flight: more is a slip of the pen."""
+SLOWEST_MPS: Final = 0.1
+"""Least speed of a flight: less is a slip of the pen."""
+LEAST_FLIGHT_SETTINGS: Final[Mapping[str, float]] = MappingProxyType(
+    {"cruise_speed_mps": SLOWEST_MPS, "search_speed_mps": SLOWEST_MPS}
+)
+"""Least values of settings of a flight."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +70,9 @@ class FlightSettings(_Positive):
         for name, greatest in GREATEST_FLIGHT_SETTINGS.items():
             if getattr(self, name) > greatest:
                 raise ConfigurationError(f"{name} must be at most {greatest:g}, but is {getattr(self, name):g}.")
+        for name, least in LEAST_FLIGHT_SETTINGS.items():
+            if getattr(self, name) < least:
+                raise ConfigurationError(f"{name} must be at least {least:g}, but is {getattr(self, name):g}.")
 
     @property
     def leg_speed_mps(self) -> float:

@@ -118,3 +118,24 @@ async def test_all_observers_together_are_bounded() -> None:
     await asyncio.gather(*tasks, return_exceptions=True)
     async with checks.turn(Role.OBSERVER, "one more"):
         pass
+
+
+async def test_a_plan_that_would_take_minutes_to_check_is_refused_in_words(client: httpx.AsyncClient) -> None:
+    forest = {"canopy_height_m": 18.0, "crown_base_m": 4.4, "occluder_size_m": 1.4, "occlusion": 0.85}
+    slow = PLAN | {"vehicles": 100, "search_speed_mps": 0.1, "rate_hz": 10.0, "forest": forest, "lowest_layer_m": 40.0}
+    answer = await client.post("/api/plan/check", json=slow)
+    assert answer.status_code == 200
+    (problem,) = [one for one in answer.json()["problems"] if one["blocking"]]
+    assert problem["field"] == "search_speed_mps"
+
+
+async def test_a_check_that_runs_out_of_memory_is_refused_in_words(
+    client: httpx.AsyncClient, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def exhausted(*_: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr("aos_gcs.api.routers.plans.propose", exhausted)
+    answer = await client.post("/api/plan/check", json=PLAN)
+    assert answer.status_code == 422
+    assert "more memory than the station has" in answer.json()["message"]

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -13,9 +15,10 @@ from aos_gcs.airspace.accuracy import needed_spacing_m
 from aos_gcs.airspace.limits import UNLIMITED
 from aos_gcs.airspace.raster import PlanRaster
 from aos_gcs.imaging.step.settings import ImagingSettings
+from aos_gcs.planning import expected_views
 from aos_gcs.planning.advice import propose
 from aos_gcs.planning.check import check_plan
-from aos_gcs.planning.estimate import estimate_plan, scan_step_m
+from aos_gcs.planning.estimate import PlanEstimate, estimate_plan, scan_step_m
 from aos_gcs.planning.plan import MissionPlan, apply_plan, plan_of
 from aos_gcs.planning.search_settings import SearchMode
 from aos_gcs.planning.settings import ForestSettings, MissionSettings
@@ -71,6 +74,7 @@ def test_a_good_plan_has_no_problem() -> None:
         ({"cruise_speed_mps": 1e-300}, "cruise_speed_mps", "0.1 or more"),
         ({"cruise_speed_mps": 1e300}, "cruise_speed_mps", "50 or less"),
         ({"search_speed_mps": 0.0}, "search_speed_mps", "above 0"),
+        ({"search_speed_mps": 1e-9}, "search_speed_mps", "0.1 or more"),
         ({"search_speed_mps": 60.0}, "search_speed_mps", "50 or less"),
         ({"rate_hz": 0.0}, "rate_hz", "above 0"),
         ({"rate_hz": 11.0}, "rate_hz", "10 or less"),
@@ -322,3 +326,48 @@ def test_a_plan_that_leaves_the_fence_open_takes_back_an_earlier_one() -> None:
     fenced = apply_plan(SETTINGS, replace(PLAN, fence_enu_m=SQUARE, ceiling_m=60.0))
     again = apply_plan(fenced, PLAN).safety
     assert (again.fence_enu_m, again.ceiling_m) == (None, None)
+
+
+def counted_exposures(plan: MissionPlan, monkeypatch: pytest.MonkeyPatch) -> int:
+    counted = [0]
+    counting = expected_views._exposures
+
+    def exposures(*arguments: Any) -> Iterator[Any]:
+        for places, cameras_m in counting(*arguments):
+            counted[0] += len(places)
+            yield places, cameras_m
+
+    with monkeypatch.context() as patched:
+        patched.setattr(expected_views, "_exposures", exposures)
+        estimate_plan(plan, 0.0)
+    return counted[0]
+
+
+@pytest.mark.parametrize("changes", [{}, {"search_speed_mps": 0.5}, {"vehicles": 20}, {"leg_spacing_m": 5.0}])
+def test_the_exposures_of_a_plan_are_known_before_they_are_counted(
+    changes: dict[str, object], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plan = replace(PLAN, search_mode=SearchMode.CONTINUOUS, forest=FOREST, **changes)  # type: ignore[arg-type]
+    legs = len(estimate_plan(plan, 0.0).legs)
+    expected = expected_views.exposures_of_places(plan, 0.0, legs)
+    assert 0.5 * expected < counted_exposures(plan, monkeypatch) < 1.1 * expected
+
+
+def test_a_plan_with_more_exposures_than_can_be_counted_is_refused_before_they_are() -> None:
+    slow = replace(PLAN, vehicles=100, search_speed_mps=0.1, rate_hz=10.0, forest=FOREST)
+    for mode in SearchMode:
+        found = blocking(replace(slow, search_mode=mode))
+        assert "Frames of 100 vehicles are 0.01 m apart along the legs" in found["search_speed_mps"], mode
+    assert "search_speed_mps" not in blocking(replace(slow, forest=None))
+    many = replace(PLAN, vehicles=250, area_enu_m=circle(500.0, 9), layer_spacing_m=2.5, forest=FOREST)
+    assert expected_views.exposures_of_places(many, 0.0, 2) < expected_views.MOST_EXPOSURES, "as many as can fly"
+
+
+def test_a_check_without_memory_is_a_refusal_in_words(monkeypatch: pytest.MonkeyPatch) -> None:
+    def exhausted(*_: object) -> PlanEstimate:
+        raise MemoryError
+
+    monkeypatch.setattr("aos_gcs.planning.check.estimate_over_ground", exhausted)
+    (problem,) = check_plan(PLAN, SETTINGS)
+    assert problem.blocking
+    assert "more memory than the station has" in problem.text

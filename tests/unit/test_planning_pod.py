@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,13 +17,14 @@ from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.geometry.poses import nadir_pose
 from aos_gcs.geometry.projection import Plane
 from aos_gcs.groundmap.directions import ViewDirections
+from aos_gcs.groundmap.figures import DetectionFigures
 from aos_gcs.groundmap.ground_map import open_map
 from aos_gcs.imaging.model import Frame
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.planning.advice import propose
 from aos_gcs.planning.check import check_plan
 from aos_gcs.planning.estimate import estimate_plan, planned_legs
-from aos_gcs.planning.expected_views import LineOfCameras, expected_views, line_of
+from aos_gcs.planning.expected_views import LineOfCameras, expected_views, line_of, predicted_detection
 from aos_gcs.planning.legs import ScanLeg, leg_formation, line_on
 from aos_gcs.planning.plan import MissionPlan, apply_plan, plan_of
 from aos_gcs.planning.pod_proposal import propose_pattern
@@ -99,6 +102,30 @@ def test_where_one_pass_does_not_suffice_legs_overlap() -> None:
     assert pattern is not None
     assert pattern.leg_spacing_m < 20.0  # a camera sees 33 m
     assert pattern.detection >= 0.8
+
+
+def test_what_cannot_be_reached_is_known_from_the_most_legs_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    predicted: list[int] = []
+
+    def counting(plan: MissionPlan, legs: Sequence[ScanLeg], *arguments: Any) -> DetectionFigures | None:
+        predicted.append(len(legs))
+        return predicted_detection(plan, legs, *arguments)
+
+    monkeypatch.setattr("aos_gcs.planning.pod_proposal.predicted_detection", counting)
+    assert propose_pattern(replace(PLAN, vehicles=1, forest=replace(FOREST, occlusion=0.99), pod=0.95), 0.0) is None
+    fewest, most = predicted
+    assert fewest < 10
+    assert most > 90
+
+
+def test_a_proposal_ends_with_what_may_be_counted_for_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    lone = replace(PLAN, vehicles=1, pod=0.8)
+    whole = propose_pattern(lone, 0.0)
+    assert whole is not None
+    monkeypatch.setattr("aos_gcs.planning.pod_proposal._MOST_OF_A_PATTERN", 200_000)
+    assert propose_pattern(lone, 0.0) == whole, "legs that are too many to be counted are not needed"
+    monkeypatch.setattr("aos_gcs.planning.pod_proposal._MOST_OF_A_PATTERN", 1)
+    assert propose_pattern(lone, 0.0) is None
 
 
 @pytest.mark.parametrize(

@@ -27,7 +27,7 @@ from aos_gcs.api.models.plans import ImportedShapeModel, PlanModel, PlanReportMo
 from aos_gcs.errors import ConfigurationError, InputDataError, MissionError
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.planning.advice import propose
-from aos_gcs.planning.check import examine_plan
+from aos_gcs.planning.check import OUT_OF_MEMORY, examine_plan
 from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.plan import MissionPlan, available_options, plan_of
 from aos_gcs.planning.profile import LegProfile, plan_profile
@@ -156,6 +156,15 @@ async def delete_plan(name: PlanName, plans: Plans) -> None:
 
 
 def _report(
+    plan: MissionPlan, settings: MissionSettings, homes_enu_m: Homes, origin: GeodeticPosition
+) -> PlanReportModel:
+    try:
+        return _examined(plan, settings, homes_enu_m, origin)
+    except MemoryError as error:
+        raise ConfigurationError(OUT_OF_MEMORY) from error
+
+
+def _examined(
     plan: MissionPlan, settings: MissionSettings, homes_enu_m: Homes, origin: GeodeticPosition
 ) -> PlanReportModel:
     found = examine_plan(plan, settings, homes_enu_m, origin)

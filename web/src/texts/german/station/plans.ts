@@ -114,6 +114,14 @@ export const plans: readonly StationText[] = [
     "Geofence und Sperrzonen haben {points} Punkte; auf insgesamt {most} vereinfachen.",
   ],
   ["A mission has 1 to 250 vehicles, not {count}.", "Eine Mission hat 1 bis 250 Drohnen, nicht {count}."],
+  [
+    "Frames of {vehicles} vehicles are {distance} m apart along the legs: too many to predict the probability of detection. Search faster, with fewer vehicles or frames per second, or without describing the forest.",
+    "Die Bilder von {vehicles} Drohnen liegen entlang der Bahnen {distance} m auseinander: zu viele, um die Entdeckungswahrscheinlichkeit vorherzusagen. Schneller suchen, mit weniger Drohnen oder Bildern pro Sekunde, oder ohne Beschreibung des Waldes.",
+  ],
+  [
+    "Checking this plan takes more memory than the station has: make the search area smaller, or use fewer vehicles or fewer frames per second.",
+    "Die Prüfung dieses Plans braucht mehr Speicher, als die Station hat: Das Suchgebiet verkleinern oder weniger Drohnen oder weniger Bilder pro Sekunde einsetzen.",
+  ],
   ["This must be {least} or more, but is {value}.", "Muss mindestens {least} sein, ist aber {value}."],
   [
     "This must lie within {most} m of the origin, but is {value} m.",
