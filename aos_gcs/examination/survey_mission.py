@@ -75,9 +75,11 @@ class SurveyMission:
     async def change_finding(self, finding_id: int, change: FindingChange, *, operator: str = "") -> Finding:
         """Judge, comment or assign a finding; see ``FindingCommands.change_finding``."""
         finding = self._findings.change(finding_id, change, operator)
+        if change.is_empty:
+            return finding
         changes = {"": change.status, "comment: ": change.comment, "assigned to ": change.assignee}
         texts = [f"{label}{value!s}" for label, value in changes.items() if value is not None]
-        await self._keep(operator, f"finding {finding_id} {', '.join(texts) or 'unchanged'}")
+        await self._keep(operator, f"finding {finding_id} {', '.join(texts)}")
         return finding
 
     async def _keep(self, operator: str, text: str) -> None:

@@ -80,8 +80,8 @@ class _Decisions:
                 self._since[finding.finding_id] = decision, utc_s
 
     def decided_utc_s(self, finding: Finding) -> float | None:
-        """Return since when a finding is judged as it is; None while nobody has judged, marked or described it."""
-        return self._since[finding.finding_id][1] if finding.operator else None
+        """Return since when a finding is judged as it is; None while nobody has."""
+        return self._since[finding.finding_id][1] if finding.decided_by else None
 
 
 def _reported(final: MissionSnapshot, start_utc_s: float, decisions: _Decisions) -> tuple[ReportedFinding, ...]:

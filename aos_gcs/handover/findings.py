@@ -55,7 +55,7 @@ def _row(reported: ReportedFinding, writer: Writer) -> tuple[str, ...]:
         STATUSES[finding.status],
         writer.place(finding.position_enu_m),
         error_text(finding),
-        finding.operator or UNKNOWN,
+        finding.decided_by or UNKNOWN,
         finding.assignee or UNKNOWN,
     )
 
@@ -63,7 +63,7 @@ def _row(reported: ReportedFinding, writer: Writer) -> tuple[str, ...]:
 def _sheet(reported: ReportedFinding, writer: Writer, width: float) -> list[Flowable]:
     finding = reported.finding
     east_m, north_m, _ = finding.position_enu_m
-    decided = f"{finding.operator} at {writer.time(reported.decided_utc_s)}" if finding.operator else "nobody yet"
+    decided = f"{finding.decided_by} at {writer.time(reported.decided_utc_s)}" if finding.decided_by else "nobody yet"
     found = f"in sortie {finding.found_in}" if finding.found_in else writer.time(reported.found_utc_s)
     facts = [
         [

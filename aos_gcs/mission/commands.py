@@ -94,19 +94,21 @@ class LiveCommands:
         """Mark a place by hand; see ``MissionCommands.add_finding``."""
         now_s, step = self._context.journal.elapsed_s(), self._flow.sortie.search.step
         finding = self._findings.add(position_enu_m, comment, operator, step, now_s)
-        self._report(finding, f"marked at {position_enu_m[0]:.1f} m east, {position_enu_m[1]:.1f} m north")
+        self._report(finding, operator, f"marked at {position_enu_m[0]:.1f} m east, {position_enu_m[1]:.1f} m north")
         return finding
 
     async def change_finding(self, finding_id: int, change: FindingChange, *, operator: str = "") -> Finding:
         """Judge, comment or assign a finding; see ``MissionCommands.change_finding``."""
         finding = self._findings.change(finding_id, change, operator)
+        if change.is_empty:
+            return finding
         changes = {"": change.status, "comment: ": change.comment, "assigned to ": change.assignee}
         texts = [f"{label}{value!s}" for label, value in changes.items() if value is not None]
-        self._report(finding, ", ".join(texts) or "unchanged")
+        self._report(finding, operator, ", ".join(texts))
         return finding
 
-    def _report(self, finding: Finding, text: str) -> None:
-        self._context.journal.operator_notice(finding.operator, f"finding {finding.finding_id} {text}")
+    def _report(self, finding: Finding, operator: str, text: str) -> None:
+        self._context.journal.operator_notice(operator, f"finding {finding.finding_id} {text}")
         self._view.publish()
 
     async def decide_proposal(self, proposal_id: int, use: ProposalUse, *, operator: str = "") -> ProposalRecord:

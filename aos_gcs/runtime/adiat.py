@@ -259,7 +259,7 @@ def _middle_utc_s(shown: ViewedStep) -> float:
 
 def _comment(finding: Finding) -> str:
     """Return what is known of a finding, for people."""
-    decided = f"{STATUSES[finding.status]}{f' by {finding.operator}' if finding.operator else ''}"
+    decided = f"{STATUSES[finding.status]}{f' by {finding.decided_by}' if finding.decided_by else ''}"
     parts = [f"Finding {finding.finding_id}: {kind_text(finding)}", decided, f"error {error_text(finding)} (1 sd)"]
     parts += [*finding.reasons, f"assigned to {finding.assignee}" if finding.assignee else "", finding.comment]
     return shortened("; ".join(part for part in parts if part), 2000)

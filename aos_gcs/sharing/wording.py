@@ -55,8 +55,8 @@ def finding_remarks(finding: Finding, position: GeodeticPosition, snapshot: Miss
     if finding.sightings:
         parts.append(f"{finding.sightings} sightings")
     parts += finding.reasons
-    if finding.operator:
-        parts.append(f"judged by {finding.operator}")
+    if finding.decided_by:
+        parts.append(f"judged by {finding.decided_by}")
     if finding.assignee:
         parts.append(f"assigned to {finding.assignee}")
     if finding.comment:

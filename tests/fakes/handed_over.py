@@ -51,9 +51,11 @@ def snapshot_of(event: Event) -> MissionSnapshot:
     return event.data
 
 
-async def record_handed_over(root: Path, *, comment: str = "", operator: str = "Robin") -> Path:
+async def record_handed_over(
+    root: Path, *, comment: str = "", operator: str = "Robin", status: FindingStatus = FindingStatus.CONFIRMED
+) -> Path:
     """Record a flight of four seconds, a finding that an operator confirms, and an action that is refused."""
-    decided = replace(FOUND, status=FindingStatus.CONFIRMED, operator=operator, comment=comment, assignee="Team 2")
+    decided = replace(FOUND, status=status, operator=operator, comment=comment, assignee="Team 2")
     states = [
         state(0.0, up_m=0.0),
         state(1.0, up_m=10.0, battery=0.9),

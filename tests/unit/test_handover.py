@@ -111,6 +111,17 @@ def test_a_decision_has_its_operator_and_its_time(folder: Path) -> None:
     assert [entry.text.split(":")[0] for entry in handover.log] == ["Robin", "Kim", "Kim"]
 
 
+@pytest.mark.parametrize("status", FindingStatus)
+def test_a_comment_decides_nothing(tmp_path: Path, status: FindingStatus) -> None:
+    folder = asyncio.run(record_handed_over(tmp_path, comment="wet", operator="Robin", status=status))
+    with MissionReader(folder) as reader:
+        (reported,) = read_handover(reader).findings
+    is_decided = status is not FindingStatus.NEW
+    assert reported.decided_utc_s == (START_UTC_S + 5.0 if is_decided else None)
+    text = " ".join(text_of(runtime.make_handover(folder, HandoverOptions(), PRINTED_UTC_S)).split())
+    assert ("Robin at" in text, "nobody yet" in text) == (is_decided, not is_decided)
+
+
 @pytest.mark.parametrize("paper", Paper)
 def test_the_document_says_what_was_found_decided_and_flown(folder: Path, paper: Paper) -> None:
     pdf = runtime.make_handover(folder, HandoverOptions(paper, Notation.MGRS, "Europe/Vienna"), PRINTED_UTC_S)
@@ -174,7 +185,8 @@ async def _with_finding(folder: Path, finding: object) -> None:
 
 def test_a_survey_has_no_flights_and_no_times_of_its_examination(tmp_path: Path) -> None:
     async def record() -> None:
-        shown = replace(records.snapshot(), vehicles=(), findings=(replace(FOUND, operator="Robin"),))
+        decided = replace(FOUND, status=FindingStatus.CONFIRMED, operator="Robin")
+        shown = replace(records.snapshot(), vehicles=(), findings=(decided,))
         async with MissionRecorder.create(tmp_path, "m", {}, notify=lambda _: None) as recorder:
             await recorder.record_event(Event(1, START_UTC_S, EventKind.SNAPSHOT, shown))
 

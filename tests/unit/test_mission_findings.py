@@ -295,3 +295,25 @@ async def test_the_findings_of_a_record_cannot_be_changed() -> None:
     app = create_app(SearchedMission())
     async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://localhost") as client:
         assert (await client.patch("/api/findings/1", json={"status": "rejected"})).status_code == 409
+
+
+def test_who_decides_on_a_finding_is_who_changes_its_status() -> None:
+    findings = Findings()
+    findings.observe([target(1)], 1, 10.0)
+    findings.take_edits()
+    described = findings.change(1, FindingChange(comment="under a tree", assignee="team 2"), "Ann")
+    assert (described.operator, described.decided_by) == ("", "")
+    confirmed = findings.change(1, FindingChange(FindingStatus.CONFIRMED), "Bob")
+    assert confirmed.decided_by == "Bob"
+    again = findings.change(1, FindingChange(FindingStatus.CONFIRMED, comment="waves"), "Cleo")
+    assert (again.comment, again.decided_by) == ("waves", "Bob")
+    assert findings.take_edits() == (described, confirmed, again)
+    assert findings.change(1, FindingChange(), "Dan") == again
+    assert findings.take_edits() == (), "nothing was changed"
+    marked = findings.add((9.0, 0.0, 0.0), "shoe", "Ann", 1, 11.0)
+    assert (marked.operator, marked.decided_by) == ("Ann", "")
+
+
+def test_older_records_name_who_has_commented_but_nobody_has_decided() -> None:
+    (older,) = Findings().observe([target(1)], 1, 10.0)
+    assert replace(older, operator="Ann", comment="under a tree").decided_by == ""

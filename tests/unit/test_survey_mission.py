@@ -50,6 +50,12 @@ async def test_a_decision_that_cannot_be_kept_is_refused(
     assert mission.snapshot().findings[0].status is FindingStatus.CONFIRMED
 
 
+async def test_an_empty_change_leaves_no_trace(mission: SurveyMission) -> None:
+    before = mission.snapshot()
+    assert await mission.change_finding(1, FindingChange(), operator="Ada") == before.findings[0]
+    assert mission.snapshot() == before
+
+
 async def test_what_another_window_sees_again_keeps_its_number_and_its_decision(mission: SurveyMission) -> None:
     await mission.change_finding(2, FindingChange(status=FindingStatus.REJECTED), operator="Ada")
     new = mission.observe([target(3, 0.4), target(4, 6.3), target(5, 30.0)], 2)

@@ -68,7 +68,7 @@ class FindingModel(WireModel):
     step: int = Field(description="Step whose frames show it.")
     comment: str
     assignee: str
-    operator: str = Field(description="Operator who judged it last, or marked it.")
+    operator: str = Field(description="Operator who last changed its status, or marked it; empty if nobody has.")
     merged_into: int | None = Field(description="Earlier finding that it turned out to be, and that counts instead.")
     found_in: str = Field(description="Mission of an earlier sortie that has found it; empty for one of this mission.")
 

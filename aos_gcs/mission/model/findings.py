@@ -102,11 +102,16 @@ class Finding:
     assignee: str = ""
     """Person or team that it is assigned to."""
     operator: str = ""
-    """Operator who has judged it last, or marked it."""
+    """Operator who has last changed the status, or marked it; in older records, who has last commented on it, too."""
     merged_into: int | None = None
     """The earlier finding that it has turned out to be, and that counts instead; None for one of its own."""
     found_in: str = ""
     """Mission of an earlier sortie that has found it, whose frames show it; empty for a finding of this mission."""
+
+    @property
+    def decided_by(self) -> str:
+        """Operator who has confirmed or rejected it; empty while nobody has."""
+        return "" if self.status is FindingStatus.NEW else self.operator
 
     @property
     def is_claimed(self) -> bool:
@@ -127,3 +132,8 @@ class FindingChange:
     status: FindingStatus | None = None
     comment: str | None = None
     assignee: str | None = None
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing is to be changed."""
+        return self == FindingChange()

@@ -156,7 +156,10 @@ class Findings:
         return finding
 
     def change(self, finding_id: int, change: FindingChange, operator: str) -> Finding:
-        """Judge, comment or assign; see ``MissionCommands.change_finding``."""
+        """Judge, comment or assign; see ``MissionCommands.change_finding``.
+
+        Only a change of the status makes somebody the operator who has decided.
+        """
         finding = self._findings.get(finding_id)
         if finding is None:
             raise MissionError(f"There is no finding {finding_id}.")
@@ -165,12 +168,15 @@ class Findings:
                 f"Finding {finding_id} is the same as finding {same}: judge finding {same}, "
                 "or mark the position of a second person."
             )
+        if change.is_empty:
+            return finding
+        status = finding.status if change.status is None else change.status
         finding = replace(
             finding,
-            status=finding.status if change.status is None else change.status,
+            status=status,
             comment=finding.comment if change.comment is None else change.comment,
             assignee=finding.assignee if change.assignee is None else change.assignee,
-            operator=operator,
+            operator=finding.operator if status is finding.status else operator,
         )
         self._findings[finding_id] = finding
         self._edits.append(finding)

@@ -150,7 +150,7 @@ def _finding_fields(finding: Finding, snapshot: MissionSnapshot, position: Geode
         "reasons": list(finding.reasons),
         "comment": finding.comment[:_MAX_TEXT],
         "assignee": finding.assignee,
-        "judged_by": finding.operator,
+        "judged_by": finding.decided_by,
         "same_as": finding.merged_into,
     }
 

@@ -1526,7 +1526,7 @@ export interface components {
       mgrs: string | null;
       /**
        * Operator
-       * @description Operator who judged it last, or marked it.
+       * @description Operator who last changed its status, or marked it; empty if nobody has.
        */
       operator: string;
       /**

@@ -73,7 +73,7 @@ function ReportedFinding({ finding }: { finding: Finding }) {
     [texts.decide.reasons, reasons.map(said).join("; ")],
     [texts.decide.found, timeText(finding, finding.found_at_s, state.mission)],
     [texts.decide.seen, timeText(finding, finding.seen_at_s, state.mission)],
-    [texts.report.decidedBy, operator],
+    [texts.report.decidedBy, status === "new" ? "" : operator],
     [texts.decide.assignee, assignee],
     [texts.decide.comment, comment],
   ];

@@ -96,7 +96,6 @@ export const search: readonly StationText[] = [
   ["is the same as finding {same}", "ist derselbe wie Fund {same}"],
   ["is no longer the same as another one", "ist nicht mehr derselbe wie ein anderer"],
   ["{operator}: finding {id} {text}", "{operator}: Fund {id} {text}"],
-  ["{operator}: finding {id} unchanged", "{operator}: Fund {id} unverändert"],
   ["{operator}: finding {id} marked", "{operator}: Fund {id} markiert"],
   [
     "{operator}: finding {id} marked at {east} m east, {north} m north",
