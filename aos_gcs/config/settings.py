@@ -6,7 +6,7 @@ import dataclasses
 import math
 from collections.abc import Hashable, Mapping, Sequence
 from functools import cache
-from typing import Any, TypeVar, cast
+from typing import Any, Final, TypeVar, cast
 
 import pydantic
 from pydantic import TypeAdapter
@@ -47,6 +47,9 @@ from aos_gcs.tracking.motion import MotionSettings
 from aos_gcs.tracking.tracker import TrackingSettings
 
 SettingsT = TypeVar("SettingsT")
+
+LOWEST_PLANE_M: Final = -200.0
+"""Least height of the focal plane: ground that is farther below the launch site is no mission's."""
 
 
 def mission_settings(config: ServiceConfig) -> MissionSettings:
@@ -202,6 +205,11 @@ def _return_enu_m(mission: MissionConfig, origin: GeodeticPosition | None) -> tu
 
 
 def _check_planes(settings: MissionSettings) -> None:
+    if settings.imaging.plane_height_m < LOWEST_PLANE_M:
+        raise ConfigurationError(
+            f"imaging.plane_height_m must be at least {LOWEST_PLANE_M:g}, but is {settings.imaging.plane_height_m:g}: "
+            "a focal plane far below the ground shows nothing."
+        )
     if settings.imaging.plane_height_m >= settings.flight.lowest_layer_m:
         raise ConfigurationError(
             f"imaging.plane_height_m ({settings.imaging.plane_height_m:g}) must be below flight.lowest_layer_m "

@@ -28,7 +28,7 @@ from aos_gcs.imaging.pictures import MAX_CELLS, encode_jpeg, encode_png, shade_i
 from aos_gcs.imaging.step.analysis import analyse_step
 from aos_gcs.imaging.step.examination import ExaminedFrame, examine
 from aos_gcs.imaging.step.integration import integrate
-from aos_gcs.imaging.step.settings import ImagingSettings
+from aos_gcs.imaging.step.settings import DEPTH_BELOW_M, ImagingSettings
 from aos_gcs.imaging.views import grid_view
 from aos_gcs.mission.search.sampling import to_frame
 from aos_gcs.mission.viewing import (
@@ -50,8 +50,6 @@ KEPT_STEPS = 2
 """Number of steps whose frames stay in memory: two can be compared. Ten frames of a step take 10 to 40 MB."""
 KEPT_ANALYSES = 4
 """Number of analysed planes that stay in memory: another kind of picture of them needs no new computation."""
-DEPTH_BELOW_M = 50.0
-"""Greatest depth below the mission's own plane."""
 CLEARANCE_M = 1.0
 """Distance of the highest plane to the lowest camera."""
 MAX_CLOSE_UP_CELLS = 400

@@ -71,13 +71,15 @@ async def test_a_height_that_makes_no_sense_is_refused_and_logged() -> None:
         await flight.until(lambda: flight.mission.phase is Phase.SCAN)
         with pytest.raises(MissionError, match="below the lowest layer, 35 m"):
             await flight.commands.act(Action.FOCUS, None, 40.0)
+        with pytest.raises(MissionError, match="at least -50 m above the origin"):
+            await flight.commands.act(Action.FOCUS, None, -100_000.0)
         with pytest.raises(MissionError, match="leave the vehicles out"):
             await flight.commands.act(Action.FOCUS, (1,), 2.0)
         with pytest.raises(MissionError, match="leave the height out"):
             await flight.commands.act(Action.HOLD, None, 2.0)
         await flight.commands.act(Action.ABORT, None)
         await run
-    assert [entry.refusal is not None for entry in flight.recorder.actions] == [True, True, True, False]
+    assert [entry.refusal is not None for entry in flight.recorder.actions] == [True, True, True, True, False]
 
 
 async def test_registration_that_is_not_sure_changes_nothing() -> None:

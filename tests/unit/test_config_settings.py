@@ -152,6 +152,7 @@ def test_named_vehicles_are_counted() -> None:
         ({"search": {"forget_min": "never"}}, r"search\.forget_min"),
         ({"search": {"look_vehicles": 1}}, "search: look_vehicles must lie within 2 and 100"),
         ({"detection": {"found_steps": "many"}}, r"detection\.found_steps"),
+        ({"imaging": {"plane_height_m": -100000}}, "imaging.plane_height_m must be at least -200, but is -100000"),
         ({"flight": {"search_speed_mps": 1e-9}}, "flight: search_speed_mps must be at least 0.1, but is 1e-09"),
         ({"deadlines": {"move_s": 0}}, "deadlines: move_s must be a finite number above 0"),
         ({"imaging": {"rx_quantile": 1.0}}, "imaging: rx_quantile"),

@@ -13,6 +13,9 @@ from aos_gcs.imaging.model import AnomalySource, Detector, IntervalCapture, Lead
 MAX_RATE_HZ: Final = 10.0
 """Greatest number of frames per second of one camera."""
 
+DEPTH_BELOW_M: Final = 50.0
+"""Greatest depth of a plane that somebody chooses below the mission's own: deeper ones are a slip of the pen."""
+
 
 @dataclass(frozen=True, slots=True)
 class ImagingSettings:

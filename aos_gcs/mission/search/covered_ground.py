@@ -42,6 +42,14 @@ class CoveredGround:
         """Share of the search area that was in a frame; None before the first step."""
         return None if self._coverage is None else self._coverage.covered_fraction
 
+    @property
+    def usable_fraction(self) -> float | None:
+        """The same, but what the map of searched ground shows where most frames could not be put on it."""
+        covered, figures = self.covered_fraction, self._ground.figures
+        if covered is None or figures is None or figures.left_out <= figures.frames:
+            return covered
+        return min(covered, figures.seen_fraction)
+
     async def note(self, step: int, taken: Sample, analysis: StepAnalysis, placed: Sequence[Frame]) -> None:
         """Note what the frames of a step show of the area, and publish the map.
 

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 from aos_gcs.mission.journal import Announcer
 from aos_gcs.mission.search.progress import ScanProgress
 from aos_gcs.ports import Severity
+
+_MOST: Final = 0.5
+"""Share of the area below which it was not scanned, whatever was flown."""
 
 
 def tell_gap(journal: Announcer, progress: ScanProgress, along_m: float) -> None:
@@ -38,12 +43,18 @@ def tell_end(journal: Announcer, persons: int, left_out_m: float, covered: float
         journal: told it.
         persons: possible persons that were found.
         left_out_m: length of the legs that was left out.
-        covered: share of the area that was in a frame; None where no frame was.
+        covered: share of the area that was in a usable frame; None where no frame was.
     """
     result = {0: "nothing was found", 1: "1 possible person was found"}.get(
         persons, f"{persons} possible persons were found"
     )
-    if left_out_m == 0.0:
+    if left_out_m == 0.0 and covered is not None and covered < _MOST:
+        journal.notice(
+            Severity.NEWS,
+            f"Scan complete, {result}. Only {100 * covered:.0f} % of the area was in a usable frame: check the cameras "
+            "and the height of the focal plane",
+        )
+    elif left_out_m == 0.0:
         journal.notice(Severity.NEWS, f"Scan complete: the whole area was scanned, {result}")
     else:
         journal.notice(

@@ -62,7 +62,7 @@ class Search:
             context.journal,
             findings,
             forget=vision.forget,
-            covered_fraction=lambda: self.covered_ground.covered_fraction,
+            covered_fraction=lambda: self.covered_ground.usable_fraction,
         )
         self._work = StepWork(
             context,

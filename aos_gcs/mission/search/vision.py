@@ -18,6 +18,7 @@ from aos_gcs.imaging.focus.track import FocusTrack, overridden
 from aos_gcs.imaging.model import AnomalySource, Frame, KeptView, KnownPlaces, StepAnalysis
 from aos_gcs.imaging.registration.pose_errors import ErrorBudget, Registration, apply_sure, register
 from aos_gcs.imaging.step.analysis import analyse_examined, analyse_step
+from aos_gcs.imaging.step.settings import DEPTH_BELOW_M
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.handler_watch import WORK_S, sign_of_life
 from aos_gcs.mission.journal import Recorder
@@ -80,7 +81,7 @@ class Vision:
         """Focus on the operator's height from the next step on; None leaves it to autofocus again.
 
         Raises:
-            MissionError: the height is not below the cameras.
+            MissionError: the height is not below the cameras, or far below the ground.
         """
         surface = self._context.roster.layers.surface
         lowest_m = self._context.settings.flight.lowest_layer_m + (0.0 if surface is None else surface.lowest_m)
@@ -88,7 +89,20 @@ class Vision:
             raise MissionError(
                 f"The focal height must be below the lowest layer, {lowest_m:g} m above the origin; it is {height_m:g}."
             )
+        deepest_m = self._deepest_m
+        if height_m is not None and height_m < deepest_m:
+            raise MissionError(
+                f"The focal height must be at least {deepest_m:g} m above the origin, {DEPTH_BELOW_M:g} m below the "
+                f"plane that is set; it is {height_m:g}."
+            )
         self._focus = overridden(self._focus, height_m)
+
+    @property
+    def _deepest_m(self) -> float:
+        """Least height above the origin that an operator may set: a plane far below the ground shows nothing."""
+        surface, plane_m = self._context.roster.layers.surface, self._context.settings.imaging.plane_height_m
+        lowest_m = plane_m if surface is None else plane_m + min(0.0, surface.lowest_m)
+        return min(lowest_m, self._ground_m + self._focus.height_m) - DEPTH_BELOW_M
 
     def beside(self) -> Vision:
         """Return another one for frames taken beside those of this one: with its focus and poses, and no history."""

@@ -84,6 +84,10 @@ export const refusals: readonly StationText[] = [
     "The focal height must be below the lowest layer, {lowest} m above the origin; it is {height}.",
     "Die Fokushöhe muss unter der untersten Höhenebene liegen, {lowest} m über dem Ursprung; sie ist {height}.",
   ],
+  [
+    "The focal height must be at least {lowest} m above the origin, {depth} m below the plane that is set; it is {height}.",
+    "Die Fokushöhe muss mindestens {lowest} m über dem Ursprung liegen, {depth} m unter der eingestellten Ebene; sie ist {height}.",
+  ],
   // Overrides of checks.
   ["{name} of vehicle {id} cannot be overridden: {remedy}.", "Keine Ausnahme für {name} der Drohne {id}: {remedy}."],
   [

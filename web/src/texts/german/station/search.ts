@@ -157,6 +157,10 @@ export const search: readonly StationText[] = [
     "Suche abgeschlossen: Das ganze Gebiet wurde abgesucht, {result}",
   ],
   [
+    "Scan complete, {result}. Only {covered} % of the area was in a usable frame: check the cameras and the height of the focal plane",
+    "Suche abgeschlossen, {result}. Nur {covered} % des Gebiets waren in einem brauchbaren Bild: Kameras und Höhe der Fokusebene prüfen",
+  ],
+  [
     "Scan complete, {result}. {left} m of its legs were left out; {covered} % of the area was in a frame",
     "Suche abgeschlossen, {result}. {left} m der Bahnen wurden ausgelassen; {covered} % des Gebiets waren im Bild",
   ],
