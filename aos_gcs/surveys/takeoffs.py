@@ -47,7 +47,7 @@ def group_takeoffs(altitudes_amsl_m: Sequence[AmslM | None]) -> tuple[Takeoff, .
     own = _apart(altitudes_m)
     joined = _with_strays(own)
     places = np.flatnonzero(known)
-    nearest = np.abs(np.arange(len(known))[:, np.newaxis] - places).argmin(axis=1)
+    nearest = np.searchsorted((places[1:] + places[:-1]) / 2.0, np.arange(len(known)))
     takeoffs = []
     for group in np.unique(joined):
         altitude_m = float(np.median(altitudes_m[(own == group) & (joined == group)]))
