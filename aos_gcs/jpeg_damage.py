@@ -38,8 +38,8 @@ def is_damaged(data: bytes) -> bool:
     try:
         segments = list(jpeg_segments(data))
         return any(_is_bad(data, segments, *scan) for scan in _scans(data, *segments[-1]))
-    except (struct.error, IndexError, InputDataError):
-        # It ends within a segment.
+    except (struct.error, IndexError, ValueError, InputDataError):
+        # It ends within a segment, or something else follows one.
         return True
 
 
@@ -47,7 +47,7 @@ def _scans(data: bytes, marker: int, offset: int) -> Iterator[tuple[int, int, in
     """Yield where the coded data of each scan begin and end, and the marker behind them.
 
     Raises:
-        InputDataError: there is something else between two scans than segments.
+        ValueError: there is something else between two scans than segments.
     """
     while marker == _SCAN:
         begin = offset + 2 + struct.unpack_from(">H", data, offset + 2)[0]
@@ -61,10 +61,10 @@ def _scans(data: bytes, marker: int, offset: int) -> Iterator[tuple[int, int, in
             while data[offset : offset + 2] == b"\xff\xff":  # padding
                 offset += 1
             if data[offset] != _PREFIX:
-                raise InputDataError("the JPEG file has no marker where one must be")
+                raise ValueError("no marker where one must be")
             marker = data[offset + 1]
     if marker != _END:
-        raise InputDataError(f"the JPEG file has a marker {marker:02X} where none can be")
+        raise ValueError(f"marker {marker:02X} where none can be")
 
 
 def _is_bad(data: bytes, segments: list[tuple[int, int]], begin: int, end: int, marker: int) -> bool:

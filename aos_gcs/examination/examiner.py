@@ -34,7 +34,7 @@ from aos_gcs.store.recorder import MissionRecorder
 from aos_gcs.surveys.anomalies import PERSON_M
 from aos_gcs.surveys.images import read_frame
 from aos_gcs.surveys.model import Survey, SurveyImage
-from aos_gcs.surveys.seen_ground import ground_height_m, seen_ground
+from aos_gcs.surveys.seen_ground import SeenGround, ground_height_m, seen_ground
 from aos_gcs.surveys.significance import MIN_VIEWS
 
 _MANY = 0.2
@@ -134,8 +134,9 @@ class Examiner:
         outcome = Outcome.FOUND if persons else Outcome.NOT_FOUND
         found = f"{persons} possible {'person' if persons == 1 else 'persons'}" if persons else "no person found"
         total, left_out = self._counted()
-        limits = await asyncio.to_thread(self._limits, self._took_part())
-        text = f"{total - len(left_out)} of {total} pictures examined: {found}{limits}"
+        seen = await asyncio.to_thread(seen_ground, self._work.survey.images, self._work.surface, self._work.ground_m)
+        share = (await asyncio.to_thread(examined_ground, seen, self._took_part())).share
+        text = f"{total - len(left_out)} of {total} pictures examined: {found}{self._limits(seen, share)}"
         many = ""
         if len(left_out) > _MANY * total:
             name, reason = left_out[0]
@@ -168,27 +169,37 @@ class Examiner:
             for window, step in zip(self._work.windows, self._mission.steps(), strict=True)
         ]
 
-    def _limits(self, took_part: Sequence[Sequence[int]]) -> str:
-        """Return the end of a result's sentence, and what a searcher must know of it: where nothing could be found."""
-        work = self._work
-        seen = seen_ground(work.survey.images, work.surface, work.ground_m)
-        percent = 100.0 * seen.share_unknown
-        known, unknown = "", ""
-        if percent >= _LEAST_PERCENT:
-            known = " with a height"
-            unknown = f" {percent:.0f} % of the photographed ground has no height in {work.terrain_name}: not examined."
-        share = examined_ground(seen, took_part).share
+    def _limits(self, seen: SeenGround, share: float) -> str:
+        """Return the end of a result's sentence, and what a searcher must know of it: where nothing could be found.
+
+        Args:
+            seen: ground that the frames see.
+            share: share of the ground with a height that was examined.
+        """
+        # Whole texts, as each has a translation of its own.
+        percent, file = 100.0 * seen.share_unknown, self._work.terrain_name
         limit = ""
+        if percent < _LEAST_PERCENT:
+            if share <= 0.0:
+                limit = (
+                    f", as no place is in {MIN_VIEWS} successive pictures: only pictures that overlap can be examined"
+                )
+            elif share < _WHOLE:
+                limit = (
+                    f", in the {100.0 * share:.0f} % of the ground that {MIN_VIEWS} successive pictures or more show"
+                )
+            return f"{limit}."
         if share <= 0.0 and seen.known:
             limit = (
-                f", as no place{known} is in {MIN_VIEWS} successive pictures: only pictures that overlap can be "
+                f", as no place with a height is in {MIN_VIEWS} successive pictures: only pictures that overlap can be "
                 "examined"
             )
         elif 0.0 < share < _WHOLE:
             limit = (
-                f", in the {100.0 * share:.0f} % of the ground{known} that {MIN_VIEWS} successive pictures or more show"
+                f", in the {100.0 * share:.0f} % of the ground with a height that {MIN_VIEWS} successive pictures or "
+                "more show"
             )
-        return f"{limit}.{unknown}"
+        return f"{limit}. {percent:.0f} % of the photographed ground has no height in {file}: not examined."
 
     async def _examine(self, number: int, window: FrameWindow) -> None:
         began_s = self._clock.now_s()
@@ -235,7 +246,7 @@ class Examiner:
             if index not in self._unusable:
                 self._unusable.add(index)
                 name = printable(self._work.survey.images[index].path.name)
-                await self._mission.notice(Severity.INFO, f"Picture left out: {name}: {reason}")
+                await self._mission.notice(Severity.INFO, f"Picture {name} left out: {reason}")
         return found
 
     def _load(self, window: FrameWindow) -> list[int]:

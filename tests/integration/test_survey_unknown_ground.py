@@ -101,4 +101,4 @@ def test_pictures_that_take_no_part_are_named_and_do_not_count(
         left_out = [event.data.text for event in reader.events() if "left out" in getattr(event.data, "text", "")]
     assert len(left_out) == 2
     assert "4.jpg" in left_out[0]
-    assert left_out[1].startswith("Picture left out: 5.jpg: ")
+    assert left_out[1].startswith("Picture 5.jpg left out: ")

@@ -65,12 +65,12 @@ export const files: readonly StationText[] = [
   ],
   ["The elevation model {file} cannot be read: {reason}.", "Das Höhenmodell {file} ist nicht lesbar: {reason}."],
   [
-    "The elevation model {file} has heights of {height} m: declare them as holes (gdal_edit -a_nodata {value}).",
-    "Das Höhenmodell {file} hat Höhen von {height} m: als Lücken kennzeichnen (gdal_edit -a_nodata {value}).",
+    "{file} has heights of {height} m: declare them as holes (gdal_edit -a_nodata {value}).",
+    "{file} hat Höhen von {height} m: als Lücken kennzeichnen (gdal_edit -a_nodata {value}).",
   ],
   [
-    "The elevation model {file} has heights of {height}: no place on earth is so high. Are they in feet? Convert them to metres.",
-    "Das Höhenmodell {file} hat Höhen von {height}: So hoch ist kein Ort der Erde. Sind sie in Fuß? In Meter umrechnen.",
+    "{file} has heights of {height}: no place on earth is so high. Are they in feet? Convert them to metres.",
+    "{file} hat Höhen von {height}: So hoch ist kein Ort der Erde. Sind sie in Fuß? In Meter umrechnen.",
   ],
   [
     "The elevation model {file} is stored in blocks of {rows} x {columns} heights, {size} MB each, which are read as a whole: store it in tiles (gdal_translate -co TILED=YES IN OUT).",

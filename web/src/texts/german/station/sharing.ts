@@ -16,6 +16,11 @@ export const sharing: readonly StationText[] = [
   ],
   // Surveys.
   ["{count} of {all} pictures examined: {found}.", "{count} von {all} Bildern untersucht: {found}."],
+  ["{count} of {all} pictures examined: {found}", "{count} von {all} Bildern untersucht: {found}"],
+  [
+    "{share} % of the photographed ground has no height in {file}: not examined",
+    "{share} % des fotografierten Bodens haben keine Höhe in {file}: nicht untersucht",
+  ],
   ["{count} possible person", "{count} mögliche Person"],
   ["{count} possible persons", "{count} mögliche Personen"],
   ["no person found", "keine Person gefunden"],
@@ -24,12 +29,21 @@ export const sharing: readonly StationText[] = [
     "{found}, da kein Ort auf {views} aufeinanderfolgenden Bildern ist: Nur Bilder, die sich überlappen, können untersucht werden",
   ],
   [
+    "{found}, as no place with a height is in {views} successive pictures: only pictures that overlap can be examined",
+    "{found}, da kein Ort mit bekannter Höhe auf {views} aufeinanderfolgenden Bildern ist: Nur Bilder, die sich überlappen, können untersucht werden",
+  ],
+  [
+    "{found}, in the {share} % of the ground with a height that {views} successive pictures or more show",
+    "{found}, auf den {share} % des Bodens mit bekannter Höhe, die {views} aufeinanderfolgende Bilder oder mehr zeigen",
+  ],
+  [
     "{found}, in the {share} % of the ground that {views} successive pictures or more show",
     "{found}, auf den {share} % des Bodens, die {views} aufeinanderfolgende Bilder oder mehr zeigen",
   ],
   ["Finding {id}: possible person", "Fund {id}: mögliche Person"],
   ["Finding {id}: anomaly", "Fund {id}: Anomalie"],
   ["Picture left out: {reason}", "Bild ausgelassen: {reason}"],
+  ["Picture {name} left out: {reason}", "Bild {name} ausgelassen: {reason}"],
   ["A window is left out: {reason}", "Ein Fenster ist ausgelassen: {reason}"],
   ["None of the {count} images can be read: {reason}", "Keines der {count} Bilder ist lesbar: {reason}"],
   [
