@@ -18,7 +18,7 @@ from aos_gcs.mission.model.actions import ACTION_NAMES, Action, ActionRecord, Ac
 from aos_gcs.mission.model.phase import Phase, Suspension
 from aos_gcs.mission.model.vehicles import TASK_NAMES, Task
 from aos_gcs.mission.phases import ACTIONS, BEFORE_START, ENDING, ON_GROUND, check_action
-from aos_gcs.mission.resuming import check_resume
+from aos_gcs.mission.resuming import check_resume, doubtful_position
 from aos_gcs.ports import Hold, Land, ReturnToLaunch
 
 _HOLDS = "holds its position"
@@ -339,6 +339,8 @@ class ActionHandler:
             return Refusal("the mission is returning already")
         if not member.follows_us_once_reclaimed:
             return _not_ours(member)
+        if (refusal := doubtful_position(member)) is not None:
+            return refusal
         member.vehicle.reclaim()
         self._context.roster.assign(member, Task.SWARM)
         return None

@@ -36,8 +36,16 @@ def check_resume(roster: Roster, fewest: int) -> None:
     )
 
 
+def doubtful_position(member: Member) -> Refusal | None:
+    """Return why a vehicle stays held whose position its own sensors put in doubt; None if they do not."""
+    problem = member.position_problem
+    return Refusal(f"stays held: {problem}. Return it, land it, or resume it when that is over") if problem else None
+
+
 def _refusal(member: Member) -> Refusal | None:
     """Return why a vehicle cannot go on in the swarm; None if it can, as from the ground before its take-off."""
     if member.task is Task.LOST:
         return Refusal("link lost")
+    if (refusal := doubtful_position(member)) is not None:
+        return refusal
     return Refusal(member.why_not_ours) if member.airborne and member.why_not_ours else None

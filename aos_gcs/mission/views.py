@@ -7,14 +7,16 @@ from contextlib import AbstractContextManager
 from dataclasses import replace
 from typing import Protocol
 
+from aos_gcs.airspace.waypoints import as_enu_point
 from aos_gcs.mission.acknowledgements import Acknowledgements
 from aos_gcs.mission.context import MissionContext
+from aos_gcs.mission.fleet.roster import Member, Roster
 from aos_gcs.mission.model.events import Event, EventKind
 from aos_gcs.mission.model.phase import Outcome, Phase, Suspension
 from aos_gcs.mission.model.sharing import ChannelStatus
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.steps import Picture, PictureKind, StepRecord
-from aos_gcs.mission.model.vehicles import VehicleSnapshot
+from aos_gcs.mission.model.vehicles import Task, VehicleSnapshot
 from aos_gcs.mission.phases import SAMPLING
 from aos_gcs.mission.proposals import Proposals
 from aos_gcs.mission.search.findings import Findings
@@ -134,7 +136,7 @@ class LiveView:
         cameras, relay = sortie.search.covered_ground.cameras, sortie.relay
         return tuple(
             replace(
-                roster.snapshot(member),
+                _snapshot_of(roster, member),
                 camera=cameras.of(member.vehicle_id),
                 is_ready=relay.is_ready(member) if relay.is_waited_for(member) else None,
             )
@@ -156,3 +158,22 @@ class LiveView:
     def publish(self) -> None:
         """Put the present state on the event stream."""
         self._context.journal.publish(EventKind.SNAPSHOT, self.snapshot())
+
+
+def _snapshot_of(roster: Roster, member: Member) -> VehicleSnapshot:
+    """Describe one member."""
+    position_enu_m = roster.position_enu_m(member)
+    return VehicleSnapshot(
+        telemetry=member.state,
+        task=member.task,
+        layer_height_m=member.layer_height_m,
+        position_enu_m=None if position_enu_m is None else as_enu_point(position_enu_m),
+        link_age_s=roster.link_age_s(member),
+        waypoint_enu_m=None if member.waypoint_enu_m is None else as_enu_point(member.waypoint_enu_m),
+        refusal=(member.why_not_ours if member.task is Task.HELD and member.airborne else "") or member.refusal,
+        takes_part=member.takes_part,
+        home_enu_m=None if member.home_enu_m is None else as_enu_point(member.home_enu_m),
+        altitude_offset_m=member.altitude_offset_m,
+        height_above_ground_m=member.height_above_ground_m,
+        leaves_in_s=member.leaves_in_s,
+    )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from aos_gcs.errors import MissionError
 from aos_gcs.mission.fleet.condition import problems
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.events import NoticeRecord
@@ -15,6 +16,8 @@ from tests.fakes.fleet import FakeVehicle
 from tests.fakes.mission_flight import Flight, flying, prepare
 
 pytestmark = pytest.mark.looptime
+
+LONG_AREA_ENU_M = ((-12.0, 10.0), (12.0, 10.0), (12.0, 170.0), (-12.0, 170.0))
 
 
 def texts_of(flight: Flight, severity: Severity) -> list[str]:
@@ -73,6 +76,50 @@ async def test_a_vehicle_without_a_position_is_held_and_told(problem: str) -> No
         await run
     told = {"fix": "it has lost its 3D position fix", "estimator": "its estimator has no position"}[problem]
     assert len([text for text in texts_of(flight, Severity.CRITICAL) if told in text]) == 1
+
+
+@pytest.mark.parametrize("problem", ["fix", "estimator"])
+async def test_a_resume_leaves_a_vehicle_without_a_position_held_until_it_has_one(problem: str) -> None:
+    flight = prepare(target=None, area_enu_m=LONG_AREA_ENU_M)
+    async with flying(flight) as run:
+        await until_step(flight, 1)
+        vehicle = flight.fleet.members[2]
+        if problem == "fix":
+            vehicle.gps_fix = 1
+        else:
+            vehicle.estimator_problem = "its estimator has no position"
+        await flight.until(lambda: flight.task(2) is Task.HELD)
+        await flight.commands.act(Action.HOLD, None)
+        await flight.clock.sleep(2.0)
+        results = {result.vehicle_id: result for result in await flight.commands.act(Action.RESUME, None)}
+        told = {"fix": "it has lost its 3D position fix", "estimator": "its estimator has no position"}[problem]
+        assert (results[2].accepted, flight.task(2)) == (False, Task.HELD)
+        assert results[2].text == f"stays held: {told}. Return it, land it, or resume it when that is over"
+        await flight.clock.sleep(2.0)
+        assert isinstance(vehicle.commands[-1], Hold)
+        vehicle.gps_fix, vehicle.estimator_problem = 6, ""
+        await flight.clock.sleep(1.0)
+        (result,) = await flight.commands.act(Action.RESUME, (2,))
+        assert not result.accepted, "it may be gone again"
+        await flight.until(lambda: any("again" in text for text in texts_of(flight, Severity.INFO)))
+        (result,) = await flight.commands.act(Action.RESUME, (2,))
+        assert (result.accepted, flight.task(2)) == (True, Task.SWARM)
+        await flight.commands.act(Action.RETURN, None)
+        await run
+
+
+async def test_a_search_is_not_resumed_with_vehicles_that_have_no_position() -> None:
+    flight = prepare(target=None)
+    async with flying(flight) as run:
+        await until_step(flight, 1)
+        for number in (2, 3, 4):
+            flight.fleet.members[number].gps_fix = 1
+        await flight.until(lambda: [flight.task(number) for number in (2, 3, 4)] == [Task.HELD] * 3)
+        await flight.commands.act(Action.HOLD, None)
+        with pytest.raises(MissionError, match="vehicle 2: stays held: it has lost its 3D position fix"):
+            await flight.commands.act(Action.RESUME, None)
+        await flight.commands.act(Action.RETURN, None)
+        await run
 
 
 async def test_a_vehicle_whose_position_jumps_is_held_and_told_until_it_is_back() -> None:

@@ -62,6 +62,8 @@ class ConditionWatch:
         lasting = [name for name, one in self._problems.items() if one.has_changed(vehicle_id, name in found, now_s)]
         for name in lasting:
             self._report(vehicle_id, name, found.get(name))
+        doubtful = [name for name in (_POSITION, _FIX) if self._problems[name].counts(vehicle_id)]
+        member.position_problem = found.get(doubtful[0], member.position_problem) if doubtful else ""
         return any(name in found for name in lasting if name in (_POSITION, _FIX))
 
     def battery_silence_s(self, member: Member) -> float | None:

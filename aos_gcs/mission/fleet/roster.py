@@ -9,7 +9,6 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from aos_gcs.airspace.waypoints import as_enu_point
 from aos_gcs.errors import MissionError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.geometry.heights import AboveGroundM, AmslM
@@ -18,7 +17,7 @@ from aos_gcs.mission.fleet.energy import BatteryMeter
 from aos_gcs.mission.fleet.layers import Layers
 from aos_gcs.mission.fleet.tasks import check_task, task_when_heard_again
 from aos_gcs.mission.fleet.turn import Turn
-from aos_gcs.mission.model.vehicles import Task, VehicleSnapshot
+from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.ports import Clock, Command, Fleet, FlightMode, Hold, LandedState, Takeoff, Vehicle, VehicleState
 
 _FOLLOWS_US = frozenset({FlightMode.GUIDED, FlightMode.HOLD, FlightMode.TAKEOFF})
@@ -56,6 +55,8 @@ class Member:
     """Error of its height that was found in flight; 0 while there is none."""
     position_doubt_m: float = 0.0
     """Horizontal distance by which its reports jumped: it may be at either place. 0 while they have not."""
+    position_problem: str = ""
+    """Lasting problem of its sensors that puts its position in doubt as a whole; empty while there is none."""
     is_inaccurate: bool = False
     """Whether its altitude was found less accurate in flight than the altitude layers bear."""
     height_above_ground_m: AboveGroundM | None = None
@@ -379,21 +380,3 @@ class Roster:
         """Return a point of the mission's frame as a vehicle has to be told it, with its own error of altitude."""
         place = self.local_frame().to_geodetic(position_enu_m)
         return replace(place, altitude_amsl_m=AmslM(place.altitude_amsl_m + member.altitude_offset_m))
-
-    def snapshot(self, member: Member) -> VehicleSnapshot:
-        """Describe one member."""
-        position_enu_m = self.position_enu_m(member)
-        return VehicleSnapshot(
-            telemetry=member.state,
-            task=member.task,
-            layer_height_m=member.layer_height_m,
-            position_enu_m=None if position_enu_m is None else as_enu_point(position_enu_m),
-            link_age_s=self.link_age_s(member),
-            waypoint_enu_m=None if member.waypoint_enu_m is None else as_enu_point(member.waypoint_enu_m),
-            refusal=(member.why_not_ours if member.task is Task.HELD and member.airborne else "") or member.refusal,
-            takes_part=member.takes_part,
-            home_enu_m=None if member.home_enu_m is None else as_enu_point(member.home_enu_m),
-            altitude_offset_m=member.altitude_offset_m,
-            height_above_ground_m=member.height_above_ground_m,
-            leaves_in_s=member.leaves_in_s,
-        )

@@ -107,6 +107,10 @@ export const refusals: readonly StationText[] = [
   ],
   ["does not follow this station: its mode is {mode}", "folgt dieser Station nicht: Ihr Modus ist {mode}"],
   ["is neither paused nor held ({task})", "ist weder angehalten noch gehalten ({task})"],
+  [
+    "stays held: {problem}. Return it, land it, or resume it when that is over",
+    "bleibt gehalten: {problem}. Zurückholen, landen, oder fortsetzen, wenn das vorbei ist",
+  ],
   ["is not in the swarm ({task})", "ist nicht im Schwarm ({task})"],
   ["is part of the mission already ({task})", "gehört schon zur Mission ({task})"],
   [
