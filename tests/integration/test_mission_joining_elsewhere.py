@@ -67,6 +67,18 @@ async def test_where_rtk_has_measured_the_ground_its_layer_counts_from_there() -
     assert vehicle.position_enu_m() == pytest.approx(FAR, abs=0.6), "it returns to where its autopilot would"
 
 
+async def test_where_it_lands_beside_its_launch_point_that_stays_as_it_is() -> None:
+    flight = prepare(errors=EXACT)
+    async with flying(flight) as run:
+        home_enu_m = flight.fleet.members[2].home_enu_m
+        vehicle = await down_at(flight, 2, (float(home_enu_m[0]) + 0.6, float(home_enu_m[1]), 0.0))
+        assert await join(flight, 2) == "takes off and flies to the swarm"
+        assert vehicle.home_enu_m[0] == pytest.approx(home_enu_m[0] + 0.6)
+        assert flight.view.snapshot().vehicles[1].home_enu_m == pytest.approx(home_enu_m, abs=0.1)
+        await flight.commands.act(Action.ABORT, None)
+        await run
+
+
 async def test_on_ground_of_unknown_height_its_motors_do_not_start_until_it_is_carried_back() -> None:
     flight = prepare(errors=EXACT)
     async with flying(flight) as run:

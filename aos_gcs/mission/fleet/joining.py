@@ -143,10 +143,11 @@ class Joining:
 
     def _why_no_climb(self, member: Member) -> str | None:
         """Return why a vehicle must not climb to its layer from where it stands now; None if it may."""
-        top_enu_m = self._context.roster.layers.at(member, member.home_enu_m)
-        if member.home_enu_m is None or top_enu_m is None:
-            raise RuntimeError(f"vehicle {member.vehicle_id} has no altitude layer")
-        if (other_id := self._context.flight.blocks_path(member, member.home_enu_m, top_enu_m)) is not None:
+        here_enu_m = self._context.roster.position_enu_m(member)
+        top_enu_m = self._context.roster.layers.at(member, here_enu_m)
+        if here_enu_m is None or top_enu_m is None:
+            raise RuntimeError(f"vehicle {member.vehicle_id} has no position or no altitude layer")
+        if (other_id := self._context.flight.blocks_path(member, here_enu_m, top_enu_m)) is not None:
             return f"vehicle {other_id} is or may come above its launch point: try again when it has passed"
         return self._context.flight.vet_climbs([member]).get(member.vehicle_id)
 

@@ -41,6 +41,7 @@ def find_launch_place(context: FlightContext, member: Member) -> NDArray[np.floa
     if is_elsewhere and (refusal := _near_launch_point(context, member, here_enu_m)) is not None:
         return refusal
     altitude_amsl_m = state.home.altitude_amsl_m
+    place = state.position if is_elsewhere else roster.local_frame().to_geodetic(known_enu_m)
     if roster.ground is not None:
         ground = roster.ground.with_vehicle(state)
         if ground is roster.ground and is_elsewhere:
@@ -55,7 +56,7 @@ def find_launch_place(context: FlightContext, member: Member) -> NDArray[np.floa
             relief_m = 0.0 if rise_m is None else ground.relief_m.get(member.vehicle_id, 0.0) + rise_m
             ground = ground.with_relief(member.vehicle_id, relief_m)
         roster.ground, altitude_amsl_m = ground, ground.altitude_amsl_m(member.vehicle_id)
-    return roster.local_frame().to_enu(replace(state.position, altitude_amsl_m=altitude_amsl_m))
+    return roster.local_frame().to_enu(replace(place, altitude_amsl_m=altitude_amsl_m))
 
 
 def _near_launch_point(context: FlightContext, member: Member, place_enu_m: NDArray[np.float64]) -> Refusal | None:
