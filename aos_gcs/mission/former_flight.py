@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from statistics import median
 
 import numpy as np
+from numpy.typing import NDArray
 
 from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.errors import ConfigurationError
@@ -68,6 +69,16 @@ class FormerFlight:
     def limits(self, settings: MissionSettings) -> SafetyLimits | None:
         """Return the safety limits that it flew by; None if the settings are not those that it flew by."""
         homes_enu_m = [np.array(one.home_enu_m) for _, one in sorted(self.vehicles.items())]
+        spare_enu_m = self._spare_homes_enu_m()
+        # Its limits were proposed with room for vehicles of the relay; which were confirmed then is not on record.
+        for standing in (frozenset(spare_enu_m) & self._spares(settings), frozenset(), frozenset(spare_enu_m)):
+            limits = self._proposed(settings, [*homes_enu_m, *(spare_enu_m[key] for key in sorted(standing))])
+            if limits is not None:
+                return limits
+        return None
+
+    def _proposed(self, settings: MissionSettings, homes_enu_m: Sequence[NDArray[np.float64]]) -> SafetyLimits | None:
+        """Return the limits that are proposed with these launch points; None if it did not fly by them."""
         try:
             limits = propose_limits(settings, homes_enu_m)
         except ConfigurationError:
@@ -78,6 +89,25 @@ class FormerFlight:
         is_same &= limits.no_go_enu_m == self.last.no_go_enu_m
         is_same &= settings.layers_follow_ground == self.last.follows_ground
         return limits if is_same and limits.floor_m <= min(layers_m) and max(layers_m) <= limits.ceiling_m else None
+
+    def _spare_homes_enu_m(self) -> dict[int, NDArray[np.float64]]:
+        """Return where vehicles stood, shape (3,) each, that did not fly in it, by id."""
+        if self.last.origin is None:
+            return {}
+        frame, flown = LocalFrame(self.last.origin), self.vehicles
+        states = [one.telemetry for one in self.last.vehicles]
+        return {
+            each.vehicle_id: frame.to_enu(each.home) for each in states if each.home and each.vehicle_id not in flown
+        }
+
+    def _spares(self, settings: MissionSettings) -> frozenset[int]:
+        """Return the vehicles that might have taken off for the relay; see ``Launch``."""
+        is_any = settings.any_vehicles and settings.relay.enabled
+        return frozenset(
+            one.telemetry.vehicle_id
+            for one in self.last.vehicles
+            if is_any or one.is_ready or one.telemetry.vehicle_id in settings.relay.vehicle_ids
+        )
 
     @property
     def legs(self) -> tuple[ScanLeg, ...]:

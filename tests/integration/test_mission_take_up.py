@@ -20,13 +20,14 @@ from aos_gcs.mission.model.events import Event, EventKind
 from aos_gcs.mission.model.phase import Outcome, OutcomeRecord, Phase, Suspension
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.vehicles import Task
-from aos_gcs.planning.settings import FlightSettings, PreflightSettings
+from aos_gcs.planning.settings import FlightSettings, PreflightSettings, RelaySettings
 from aos_gcs.ports import DriverContext, Fleet, FlightMode, FormerLinks, Goto, ProvenLink
 from aos_gcs.runtime import virtual_time
 from aos_gcs.runtime.service import open_service
 from aos_gcs.store.last_mission import former_flight
 from aos_gcs.store.recorder import MissionRecorder
-from tests.fakes.mission_flight import Flight, flying, prepare
+from tests.fakes.fleet import FakeVehicle
+from tests.fakes.mission_flight import Flight, flying, prepare, settings
 from tests.fakes.records import snapshot
 from tests.fakes.restarted_flight import killed_while_searching, restarted
 
@@ -52,6 +53,34 @@ def follow(last: MissionSnapshot, **changes: object) -> Flight:
 async def until_taken_up(flight: Flight) -> None:
     await flight.until(lambda: flight.mission.phase is Phase.TAKEOFF)
     await flight.clock.sleep(1.0)
+
+
+@pytest.mark.looptime
+@pytest.mark.parametrize("is_confirmed_since", [False, True])
+async def test_a_spare_of_the_relay_outside_of_the_launch_points_leaves_the_limits_known(
+    is_confirmed_since: bool,
+) -> None:
+    relay = RelaySettings() if is_confirmed_since else RelaySettings(enabled=True, vehicle_ids=(4,))
+    flown = {"relay": relay, "any_vehicles": False, "vehicle_ids": (1, 2, 3)}
+    flight = prepare(3, None, **flown)
+    flight.fleet.members[4] = FakeVehicle(4, flight.clock, np.array([30.0, -6.0, 0.0]), None)
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.view.steps()) == 1)
+        if is_confirmed_since:
+            await flight.commands.act(Action.READY, (4,))
+        last, limits = flight.view.snapshot(), flight.mission.sortie.context.flight.limits
+        await flight.commands.act(Action.ABORT, None)
+        await run
+    former = FormerFlight(last, None, 0.0)
+    taken_up = former.limits(former.settings(settings(3, **flown)))
+    assert limits is not None
+    assert taken_up is not None
+    assert np.allclose(taken_up.fence_enu_m, limits.fence_enu_m, atol=0.01)
+    assert taken_up.ceiling_m == pytest.approx(limits.ceiling_m)
+    assert (
+        former.limits(replace(former.settings(settings(3, **flown)), area_enu_m=((0.0, 0.0), (9.0, 0.0), (0.0, 9.0))))
+        is None
+    )
 
 
 @pytest.mark.looptime
