@@ -10,6 +10,7 @@ from typing import Any
 import pydantic
 
 from aos_gcs.config.model import ServiceConfig
+from aos_gcs.config.numbers import require_numbers
 from aos_gcs.errors import ConfigurationError
 
 
@@ -35,7 +36,10 @@ def parse_config(table: Mapping[str, Any], source: str = "configuration") -> Ser
         ConfigurationError: it is not valid; the text names the field.
     """
     try:
+        require_numbers(ServiceConfig, table, "")
         return ServiceConfig.model_validate(table)
+    except ConfigurationError as error:
+        raise ConfigurationError(f"{source}: {error}") from error
     except pydantic.ValidationError as error:
         raise ConfigurationError(f"{source}: {first_problem(error)}") from error
 

@@ -78,6 +78,12 @@ class SwarmConfig(BaseModel):
     parameters: dict[str, Any] = {}
 
 
+def _host(text: str) -> str:
+    if not text.strip():
+        raise ValueError('give an address such as "127.0.0.1", or "0.0.0.0" to listen in all networks')
+    return text
+
+
 def _network(text: str) -> str:
     ipaddress.ip_network(text)
     return text
@@ -89,7 +95,7 @@ class ApiConfig(BaseModel):
     model_config = _STRICT
 
     enabled: bool = True
-    host: str = "127.0.0.1"
+    host: Annotated[str, AfterValidator(_host)] = "127.0.0.1"
     port: Annotated[int, Field(ge=0, le=65535)] = 8080
     open_browser: bool = False
     """Whether the station opens its page in this machine's browser when it starts."""

@@ -15,6 +15,7 @@ from aos_gcs.airspace.limits import UNLIMITED, SafetyOverrides
 from aos_gcs.airspace.polygon import as_polygon
 from aos_gcs.config.file import first_problem
 from aos_gcs.config.model import LatLonDeg, MissionConfig, PreflightConfig, ServiceConfig
+from aos_gcs.config.numbers import require_numbers
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.geometry.heights import AmslM
@@ -48,6 +49,12 @@ from aos_gcs.tracking.tracker import TrackingSettings
 
 SettingsT = TypeVar("SettingsT")
 
+GREATEST_AGE_S: Final = 60.0
+"""Greatest age of a link or a position with which vehicles may be set to fly on, real seconds."""
+GREATEST_SILENCE_S: Final = 120.0
+"""Greatest silence after which a vehicle may be set to count as lost, real seconds."""
+GREATEST_THRESHOLD_M2: Final = 10.0
+"""Greatest visibility from which a target may be set to be in view: fifty standing persons."""
 LOWEST_PLANE_M: Final = -200.0
 """Least height of the focal plane: ground that is farther below the launch site is no mission's."""
 
@@ -104,6 +111,7 @@ def mission_settings(config: ServiceConfig) -> MissionSettings:
         auto_start=mission.auto_start,
         auto_return=mission.auto_return,
     )
+    _check_greatest(settings, config.clock_speed)
     _check_planes(settings)
     if settings.forest is not None:
         _check_forest(settings, settings.forest)
@@ -204,6 +212,20 @@ def _return_enu_m(mission: MissionConfig, origin: GeodeticPosition | None) -> tu
     return point_enu_m
 
 
+def _check_greatest(settings: MissionSettings, clock_speed: float) -> None:
+    """Refuse values with which a limit would never act; ages are clock seconds."""
+    limits = settings.safety.applied_to(UNLIMITED)
+    faster = max(1.0, clock_speed)
+    for name, value, greatest in (
+        ("safety.max_link_age_s", limits.max_link_age_s, faster * GREATEST_AGE_S),
+        ("safety.max_position_age_s", limits.max_position_age_s, faster * GREATEST_AGE_S),
+        ("deadlines.lost_s", settings.deadlines.lost_s, faster * GREATEST_SILENCE_S),
+        ("detection.threshold_m2", settings.detection.threshold_m2, GREATEST_THRESHOLD_M2),
+    ):
+        if value > greatest:
+            raise ConfigurationError(f"{name} must be at most {greatest:g}, but is {value:g}: it would never act.")
+
+
 def _check_planes(settings: MissionSettings) -> None:
     if settings.imaging.plane_height_m < LOWEST_PLANE_M:
         raise ConfigurationError(
@@ -223,6 +245,12 @@ def _check_planes(settings: MissionSettings) -> None:
 
 
 def _check_forest(settings: MissionSettings, forest: ForestSettings) -> None:
+    lowest_m, plane_m = settings.flight.lowest_layer_m, settings.imaging.plane_height_m
+    if forest.canopy_height_m >= lowest_m - plane_m:
+        raise ConfigurationError(
+            f"forest.canopy_height_m ({forest.canopy_height_m:g} m above the focal plane at {plane_m:g} m) must lie "
+            f"below flight.lowest_layer_m ({lowest_m:g}): correct it, or raise the lowest layer above the tree tops."
+        )
     try:
         advise(settings, forest)
     except ConfigurationError as error:
@@ -346,6 +374,7 @@ def _adapter(expected: type[Any]) -> TypeAdapter[Any]:
 
 def _validate(expected: type[SettingsT], place: str, value: object) -> SettingsT:
     """Return the value with its types checked by pydantic, and its ranges by the settings dataclass itself."""
+    require_numbers(expected, value, place)
     try:
         return cast("SettingsT", _adapter(cast("Hashable", expected)).validate_python(value))
     except pydantic.ValidationError as error:

@@ -41,9 +41,9 @@ GREATEST_FLIGHT_SETTINGS: Final[Mapping[str, float]] = MappingProxyType(
 SLOWEST_MPS: Final = 0.1
 """Least speed of a flight: less is a slip of the pen."""
 LEAST_FLIGHT_SETTINGS: Final[Mapping[str, float]] = MappingProxyType(
-    {"cruise_speed_mps": SLOWEST_MPS, "search_speed_mps": SLOWEST_MPS}
+    {"lowest_layer_m": 5.0, "cruise_speed_mps": SLOWEST_MPS, "search_speed_mps": SLOWEST_MPS}
 )
-"""Least values of settings of a flight."""
+"""Least values of settings of a flight; the floor lies 5 m below the lowest layer unless it is set."""
 
 
 @dataclass(frozen=True, slots=True)

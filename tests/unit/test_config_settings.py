@@ -117,6 +117,14 @@ def test_sections_reach_the_settings_of_the_core() -> None:
         ({"mission": {"seed": -1}}, "mission.seed"),
         ({"mission": {"origin_deg": [48.0, 14.0]}}, "mission.origin_deg"),
         ({"api": {"port": 70000}}, "api.port"),
+        ({"api": {"port": True}}, "api.port must be a number, but is true"),
+        ({"api": {"port": "10"}}, 'api.port must be a number, but is the text "10"'),
+        ({"mission": {"vehicles": True}}, "mission.vehicles must be a number, but is true"),
+        ({"mission": {"vehicle_ids": [1, True]}}, r"mission.vehicle_ids\[1\] must be a number, but is true"),
+        ({"mission": {"area_enu_m": [[0.0, 0.0], [1.0, "1"], [0.0, 1.0]]}}, r"mission.area_enu_m\[1\]\[1\] must be"),
+        ({"clock_speed": "2"}, "clock_speed must be a number"),
+        ({"api": {"host": ""}}, 'api.host: .*give an address such as "127.0.0.1"'),
+        ({"api": {"host": " "}}, "api.host: .*to listen in all networks"),
         ({"mission": {"camera_fov_deg": float("nan")}}, "mission.camera_fov_deg"),
     ],
 )
@@ -169,7 +177,24 @@ def test_named_vehicles_are_counted() -> None:
         ({"autofocus": {"interval_steps": 0}}, "autofocus: interval_steps must be a finite number above 0"),
         ({"registration": {"min_confidence": 2.0}}, "registration: min_confidence must be at most 1"),
         ({"registration": {"certain": True}}, r"registration\.certain is unknown"),
-        ({"forest": {"canopy_height_m": 40.0, "crown_base_m": 6.0}}, "forest: altitude_m must be above the tree tops"),
+        (
+            {"forest": {"canopy_height_m": 40.0, "crown_base_m": 6.0}},
+            r"forest\.canopy_height_m \(40 m .* must lie below flight\.lowest_layer_m \(35\)",
+        ),
+        ({"flight": {"lowest_layer_m": 4.9}}, "flight: lowest_layer_m must be at least 5, but is 4.9"),
+        ({"flight": {"lowest_layer_m": True}}, r"flight\.lowest_layer_m must be a number, but is true"),
+        ({"flight": {"lowest_layer_m": "40"}}, r'flight\.lowest_layer_m must be a number, but is the text "40"'),
+        ({"search": {"forget_min": False}}, r"search\.forget_min must be a number, but is false"),
+        ({"uncertainty": {"yaw_deg": "3"}}, r"uncertainty\.yaw_deg must be a number"),
+        (
+            {"safety": {"no_go_enu_m": [[[0, 0], [1, "0"], [1, 1]]]}},
+            r"safety\.no_go_enu_m\[0\]\[1\]\[1\] must be a num",
+        ),
+        ({"safety": {"max_link_age_s": 61}}, r"safety\.max_link_age_s must be at most 60, but is 61"),
+        ({"safety": {"max_position_age_s": 1e9}}, r"safety\.max_position_age_s must be at most 60, but is 1e\+09"),
+        ({"safety": {"max_link_age_s": 601}, "clock_speed": 10}, r"safety\.max_link_age_s must be at most 600"),
+        ({"deadlines": {"lost_s": 1e9}}, r"deadlines\.lost_s must be at most 120, but is 1e\+09: it would never act"),
+        ({"detection": {"threshold_m2": 1e9}}, r"detection\.threshold_m2 must be at most 10, but is 1e\+09"),
         ({"forest": {}}, r"forest\.canopy_height_m"),
         ({"safety": {"min_battery_fraction": 20}}, "safety: min_battery_fraction must be 0 or more and below 1"),
         ({"safety": {"fence_enu_m": SQUARE, "fence_deg": [[1, 2]]}}, "either as fence_deg or as fence_enu_m"),
@@ -264,3 +289,11 @@ def test_a_mission_that_meets_the_ground_is_refused(tmp_path: Path) -> None:
     assert settings.terrain is not None
     assert settings.terrain.ceiling_above_ground_m == 120.0
     assert mission_settings(configuration(mission=mission)).terrain is None
+
+
+def test_whole_numbers_are_numbers_and_text_stays_text() -> None:
+    settings = mission_settings(configuration(flight={"lowest_layer_m": 40}, search={"pod": None}, clock_speed=2))
+    assert settings.flight.lowest_layer_m == 40.0
+    ages = {"max_link_age_s": 300, "max_position_age_s": 300}
+    fast = configuration(safety=ages, clock_speed=100, link={"urls": ["a"], "options": {"any": "1"}})
+    assert mission_settings(fast).safety == SafetyOverrides(**ages)

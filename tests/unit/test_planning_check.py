@@ -86,6 +86,7 @@ def test_a_good_plan_has_no_problem() -> None:
         ({"floor_m": 36.0}, "floor_m", "above the lowest layer"),
         ({"lowest_layer_m": 20.0, "forest": FOREST}, "lowest_layer_m", "tree tops"),
         ({"lowest_layer_m": -1.0}, "lowest_layer_m", "above"),
+        ({"lowest_layer_m": 1.0}, "lowest_layer_m", "5 or more"),
         ({"forest": replace(FOREST, crown_base_m=30.0)}, "forest", "crown_base_m"),
         ({"strategy": "magic"}, "strategy", "magic"),
         ({"strategy_parameters": {"gamma": 7.0}}, "strategy_parameters.gamma", "below 1"),

@@ -20,7 +20,7 @@ export const HEADING: NumberRule = { unit: "°", decimals: 1, step: 1, min: 0, m
 export const PATTERN: readonly [NumberName, NumberRule][] = [
   ["vehicles", { unit: "", decimals: 0, step: 1, min: 1, max: 250 }],
   ["spacing_m", { unit: "m", decimals: 2, step: 0.5, min: 0.1, isOptional: true }],
-  ["lowest_layer_m", { unit: "m", decimals: 1, step: 1, min: 0.1 }],
+  ["lowest_layer_m", { unit: "m", decimals: 1, step: 1, min: 5 }],
   ["layer_spacing_m", { unit: "m", decimals: 1, step: 0.5, min: 0.1 }],
   ["camera_fov_deg", { unit: "°", decimals: 1, step: 1, min: 1.1, max: 169.9 }],
 ];
