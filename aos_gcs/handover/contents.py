@@ -70,17 +70,21 @@ class _Decisions:
     """Times at which operators have decided on findings."""
 
     def __init__(self) -> None:
-        self._since: dict[int, tuple[tuple[FindingStatus, str], float]] = {}
+        self._since: dict[int, tuple[tuple[FindingStatus, str], float | None]] = {}
+        """Status and operator of each finding, and since when; None for those that an earlier sortie has left."""
 
     def add(self, utc_s: float, snapshot: MissionSnapshot) -> None:
         """Take in a state of the mission."""
         for finding in snapshot.findings:
             decision = finding.status, finding.operator
-            if self._since.get(finding.finding_id, (None, 0.0))[0] != decision:
+            former = self._since.get(finding.finding_id)
+            if former is None:
+                self._since[finding.finding_id] = decision, None if finding.found_in else utc_s
+            elif former[0] != decision:
                 self._since[finding.finding_id] = decision, utc_s
 
     def decided_utc_s(self, finding: Finding) -> float | None:
-        """Return since when a finding is judged as it is; None while nobody has."""
+        """Return since when a finding is judged as it is; None while nobody has, or since an earlier sortie."""
         return self._since[finding.finding_id][1] if finding.decided_by else None
 
 

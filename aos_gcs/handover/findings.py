@@ -63,7 +63,6 @@ def _row(reported: ReportedFinding, writer: Writer) -> tuple[str, ...]:
 def _sheet(reported: ReportedFinding, writer: Writer, width: float) -> list[Flowable]:
     finding = reported.finding
     east_m, north_m, _ = finding.position_enu_m
-    decided = f"{finding.decided_by} at {writer.time(reported.decided_utc_s)}" if finding.decided_by else "nobody yet"
     found = f"in sortie {finding.found_in}" if finding.found_in else writer.time(reported.found_utc_s)
     facts = [
         [
@@ -73,7 +72,7 @@ def _sheet(reported: ReportedFinding, writer: Writer, width: float) -> list[Flow
         ],
         [
             box(None, "Status", STATUSES[finding.status]),
-            box(None, "Decided by", decided),
+            box(None, "Decided by", _decided(reported, writer)),
             box(None, "Assigned to", finding.assignee or " "),
         ],
         [
@@ -90,6 +89,14 @@ def _sheet(reported: ReportedFinding, writer: Writer, width: float) -> list[Flow
         boxes([words], [0.5 * width] * 2),
     ]
     return [KeepTogether(sheet)]
+
+
+def _decided(reported: ReportedFinding, writer: Writer) -> str:
+    if not reported.finding.decided_by:
+        return "nobody yet"
+    is_earlier = reported.decided_utc_s is None
+    time = "in an earlier sortie" if is_earlier else f"at {writer.time(reported.decided_utc_s)}"
+    return f"{reported.finding.decided_by} {time}"
 
 
 def _sightings(sightings: int, step: int) -> str:

@@ -121,7 +121,10 @@ class ReportedFinding:
     """None for a finding of an earlier sortie or of a survey."""
     seen_utc_s: float | None
     decided_utc_s: float | None
-    """Time since which its status and its operator are what they are; None while nobody has decided."""
+    """Time since which its status and its operator are what they are.
+
+    None while nobody has decided, and for a decision of an earlier sortie.
+    """
     pictures: tuple[FindingPicture, ...] = ()
     pictures_missing: str = ""
     """Why it has no pictures; empty where it has."""
