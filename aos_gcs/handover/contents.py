@@ -67,21 +67,28 @@ def read_handover(reader: MissionReader) -> Handover:
 
 
 class _Decisions:
-    """Times at which operators have decided on findings."""
+    """Times at which findings have appeared, and at which operators have decided on them."""
 
     def __init__(self) -> None:
+        self._known: dict[int, float] = {}
+        """Time of the first state that has each finding."""
         self._since: dict[int, tuple[tuple[FindingStatus, str], float | None]] = {}
         """Status and operator of each finding, and since when; None for those that an earlier sortie has left."""
 
     def add(self, utc_s: float, snapshot: MissionSnapshot) -> None:
         """Take in a state of the mission."""
         for finding in snapshot.findings:
+            self._known.setdefault(finding.finding_id, utc_s)
             decision = finding.status, finding.operator
             former = self._since.get(finding.finding_id)
             if former is None:
                 self._since[finding.finding_id] = decision, None if finding.found_in else utc_s
             elif former[0] != decision:
                 self._since[finding.finding_id] = decision, utc_s
+
+    def known_utc_s(self, finding: Finding) -> float:
+        """Return the time of the first state that has a finding: at most about a second after it was marked by hand."""
+        return self._known[finding.finding_id]
 
     def decided_utc_s(self, finding: Finding) -> float | None:
         """Return since when a finding is judged as it is; None while nobody has, or since an earlier sortie."""
@@ -92,11 +99,19 @@ def _reported(final: MissionSnapshot, start_utc_s: float, decisions: _Decisions)
     """Return the findings that count with their times; in surveys, these would be the times of the examination."""
     counting = [finding for finding in final.findings if finding.merged_into is None]
     ordered = sorted(counting, key=lambda one: (_RANKS[one.status], not one.is_claimed, one.finding_id))
+
+    def clock_time(finding: Finding, at_s: float) -> float | None:
+        if not final.vehicles or finding.found_in:
+            return None
+        # Marked before the start of the mission's time: not started yet, or of an older record.
+        is_undated = finding.track_id is None and finding.sightings == 0 and at_s == 0.0
+        return decisions.known_utc_s(finding) if is_undated else start_utc_s + at_s
+
     return tuple(
         ReportedFinding(
             finding,
-            found_utc_s=start_utc_s + finding.found_at_s if final.vehicles and not finding.found_in else None,
-            seen_utc_s=start_utc_s + finding.seen_at_s if final.vehicles and not finding.found_in else None,
+            found_utc_s=clock_time(finding, finding.found_at_s),
+            seen_utc_s=clock_time(finding, finding.seen_at_s),
             decided_utc_s=decisions.decided_utc_s(finding),
         )
         for finding in ordered

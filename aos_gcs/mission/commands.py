@@ -93,7 +93,12 @@ class LiveCommands:
     async def add_finding(self, position_enu_m: EnuPoint, comment: str, *, operator: str = "") -> Finding:
         """Mark a place by hand; see ``MissionCommands.add_finding``."""
         now_s, step = self._context.journal.elapsed_s(), self._flow.sortie.search.step
-        finding = self._findings.add(position_enu_m, comment, operator, step, now_s)
+        finding, utc_s = self._findings.add(position_enu_m, comment, operator, step, now_s), self._context.clock.utc_s()
+        if self._context.journal.started_utc_s is None:
+            finding_id = finding.finding_id
+            self._context.journal.once_started(
+                lambda started_utc_s: self._findings.date(finding_id, utc_s - started_utc_s)
+            )
         self._report(finding, operator, f"marked at {position_enu_m[0]:.1f} m east, {position_enu_m[1]:.1f} m north")
         return finding
 

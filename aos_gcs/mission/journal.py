@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import logging
 from collections import deque
-from collections.abc import AsyncIterator, Mapping
+from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import AbstractContextManager, asynccontextmanager
 from typing import Protocol
 
@@ -120,6 +120,8 @@ class Journal:
         self._start_s: float | None = None
         self.started_utc_s: float | None = None
         """Clock time at which the mission's time was 0; None before the start."""
+        self._at_start: list[Callable[[float], None]] = []
+        """Calls that wait for that time."""
         self._stalls: deque[tuple[float, float]] = deque(maxlen=_STALLS)
         """Time of each of the latest reports of a stall, and its duration."""
         self.steps: list[StepRecord] = []
@@ -132,6 +134,16 @@ class Journal:
         """Begin to count the mission's time, of which some may have passed already."""
         self._start_s = self._clock.now_s() - elapsed_s
         self.started_utc_s = self._clock.utc_s() - elapsed_s
+        waiting, self._at_start = self._at_start, []
+        for call in waiting:
+            call(self.started_utc_s)
+
+    def once_started(self, call: Callable[[float], None]) -> None:
+        """Have something called with the clock time of the start: now, or at the start."""
+        if self.started_utc_s is None:
+            self._at_start.append(call)
+        else:
+            call(self.started_utc_s)
 
     def elapsed_s(self) -> float:
         """Return the clock seconds since the start, 0 before."""

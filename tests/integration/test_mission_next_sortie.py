@@ -85,3 +85,21 @@ async def test_there_is_no_new_sortie_before_the_end_or_while_a_vehicle_flies() 
             await flight.commands.act(Action.NEW_SORTIE, None)
         assert not staying.done()
         staying.cancel()
+
+
+async def test_a_place_marked_before_the_launch_keeps_the_time_of_the_mark() -> None:
+    flight = prepare(target=None, auto_start=False)
+    async with flying(flight) as run:
+        await flight.until(lambda: flight.mission.phase is Phase.READY)
+        marked_utc_s = flight.clock.utc_s()
+        marked = await flight.commands.add_finding((4.0, -6.0, 0.0), "tent", operator="Ada")
+        await asyncio.sleep(30.0)
+        await flight.commands.act(Action.START, None)
+        assert await run is Outcome.NOT_FOUND
+    snapshot = flight.view.snapshot()
+    (finding,) = snapshot.findings
+    assert snapshot.started_utc_s is not None
+    assert finding.found_at_s == finding.seen_at_s <= -30.0
+    assert snapshot.started_utc_s + finding.found_at_s == pytest.approx(marked_utc_s, abs=0.01)
+    assert finding.comment == marked.comment
+    check_decisions_again(flight.recorder)

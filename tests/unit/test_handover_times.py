@@ -17,7 +17,7 @@ from aos_gcs.mission.model.findings import FindingStatus
 from aos_gcs.runtime import handover as runtime
 from aos_gcs.store.reader import MissionReader
 from aos_gcs.store.recorder import MissionRecorder
-from tests.fakes.handed_over import FOUND, START_UTC_S, state
+from tests.fakes.handed_over import FOUND, START_UTC_S, snapshot_of, state
 
 
 def reported_of(tmp_path: Path, *states: Event) -> ReportedFinding:
@@ -50,3 +50,25 @@ def test_a_decision_of_an_earlier_sortie_has_no_time_of_this_one(
     with pdfium.PdfDocument(runtime.make_handover(tmp_path / "m", HandoverOptions(), START_UTC_S)) as document:
         words = " ".join(page.get_textpage().get_text_range() for page in document).split()
     assert text in " ".join(words)
+
+
+MARKED = replace(FOUND, track_id=None, sightings=0, found_at_s=-40.0, seen_at_s=-40.0, operator="Robin")
+
+
+@pytest.mark.parametrize(
+    ("at_s", "started_s", "found_utc_s"),
+    [
+        (-40.0, 60.0, START_UTC_S + 20.0),
+        (0.0, None, START_UTC_S + 21.0),  # not started yet
+        (0.0, 60.0, START_UTC_S + 21.0),  # an older record
+    ],
+)
+def test_a_place_marked_before_the_launch_has_the_time_of_the_mark(
+    tmp_path: Path, at_s: float, started_s: float | None, found_utc_s: float
+) -> None:
+    marked = replace(MARKED, found_at_s=at_s, seen_at_s=at_s)
+    states = [state(0.0, up_m=0.0), state(21.0, up_m=0.0, findings=[marked]), state(70.0, up_m=0.0, findings=[marked])]
+    started_utc_s = None if started_s is None else START_UTC_S + started_s
+    dated = [replace(one, data=replace(snapshot_of(one), started_utc_s=started_utc_s)) for one in states]
+    reported = reported_of(tmp_path, *dated)
+    assert (reported.found_utc_s, reported.seen_utc_s) == (found_utc_s, found_utc_s)

@@ -63,7 +63,9 @@ class FindingModel(WireModel):
         description="In surveys, -log10 of the probability that chance makes it; null in missions."
     )
     track_id: int | None = Field(description="Track of the target; null if an operator has marked it.")
-    found_at_s: float = Field(description="Mission time at which it was first known.")
+    found_at_s: float = Field(
+        description="Mission time at which it was first known; below 0 if marked before the start."
+    )
     seen_at_s: float
     step: int = Field(description="Step whose frames show it.")
     comment: str

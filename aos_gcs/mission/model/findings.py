@@ -80,7 +80,7 @@ class Finding:
     position_enu_m: EnuPoint
     """Position of the ground below it."""
     found_at_s: float
-    """Mission time at which it was first known."""
+    """Mission time at which it was first known; below 0 for one marked by hand before the start, and 0 until then."""
     seen_at_s: float
     """Mission time of the latest sighting; of one marked by hand, when it was marked."""
     step: int

@@ -155,6 +155,12 @@ class Findings:
         self._edits.append(finding)
         return finding
 
+    def date(self, finding_id: int, at_s: float) -> None:
+        """Note the mission time, below 0, of a finding that was marked by hand before the start."""
+        finding = replace(self._findings[finding_id], found_at_s=at_s, seen_at_s=at_s)
+        self._findings[finding_id] = finding
+        self._edits.append(finding)
+
     def change(self, finding_id: int, change: FindingChange, operator: str) -> Finding:
         """Judge, comment or assign; see ``MissionCommands.change_finding``.
 

@@ -1507,7 +1507,7 @@ export interface components {
       finding_id: number;
       /**
        * Found At S
-       * @description Mission time at which it was first known.
+       * @description Mission time at which it was first known; below 0 if marked before the start.
        */
       found_at_s: number;
       /**
