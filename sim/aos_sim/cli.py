@@ -46,6 +46,7 @@ from aos_sim.world_options import (
     WindSpeed,
     image_source,
     parse_origin,
+    require_writable,
     stop_on_signals,
     terrain_of,
     work_until,
@@ -53,6 +54,9 @@ from aos_sim.world_options import (
 )
 
 _log = logging.getLogger(__name__)
+
+_LATEST_UTC_S = 4_102_444_800.0
+"""Latest start of a clock: the year 2100."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,6 +162,12 @@ def sim(
     exit_with_parent: ExitWithParent = False,
 ) -> None:
     """Simulate a swarm of camera drones over a forest, each speaking MAVLink like a real one."""
+    require_writable(world_file=world_file, report_file=report_file, map_file=map_file, terrain_file=terrain_file)
+    if clock_start is not None and not 0.0 <= clock_start <= _LATEST_UTC_S:
+        raise ConfigurationError(
+            f"--clock-start must be seconds since the Unix epoch, 0 to {_LATEST_UTC_S:.0f}, but is {clock_start:g}; "
+            "leave it out for this computer's time."
+        )
     model = error_model(errors).with_wind(wind)
     options = SwarmOptions(
         vehicles=vehicles,

@@ -96,6 +96,27 @@ def parse_origin(text: str) -> GeodeticPosition:
     return GeodeticPosition(latitude_deg, longitude_deg, AmslM(altitude_amsl_m))
 
 
+def require_writable(**files: Path | None) -> None:
+    """Refuse files that cannot be written, before anything is simulated.
+
+    Args:
+        files: files by the name of their option; None: not wanted.
+
+    Raises:
+        ConfigurationError: a file cannot be written; the text names the option and the remedy.
+    """
+    for name, path in files.items():
+        option = f"--{name.replace('_', '-')}"
+        if path is None:
+            continue
+        if path.is_dir():
+            raise ConfigurationError(f"{option}: {path} is a folder; name a file in it.")
+        if not path.parent.is_dir():
+            raise ConfigurationError(f"{option}: there is no folder {path.parent}; make it, or name another file.")
+        if not os.access(path.parent, os.W_OK | os.X_OK):
+            raise ConfigurationError(f"{option}: no file can be written in {path.parent}; name one in another folder.")
+
+
 def terrain_of(text: str) -> str:
     """Return a terrain as a world file can hold it: a file with its whole path."""
     return str(Path(text).resolve()) if is_file(text) else text

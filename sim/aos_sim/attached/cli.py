@@ -39,6 +39,7 @@ from aos_sim.world_options import (
     Waters,
     image_source,
     parse_origin,
+    require_writable,
     stop_on_signals,
     terrain_of,
     work_until,
@@ -109,6 +110,7 @@ def sim_camera(
     exit_with_parent: ExitWithParent = False,
 ) -> None:
     """Attach a simulated camera to each autopilot that is heard, so that it can fly a search."""
+    require_writable(world_file=world_file, report_file=report_file)
     parameters = scene_parameters(
         {
             "seed": seed,
