@@ -17,7 +17,7 @@ FloatArray = NDArray[np.float64]
 MIN_MOVE_M = 0.1
 """Shortened segments below this length are not worth a command."""
 TURN_SPACING_M = 0.5
-"""Distance of two places from which a vehicle without contact may fly home."""
+"""Distance of two places from which a vehicle without contact may fly home, or above which one that lands may be."""
 MAX_TURNS = 400
 """Greatest number of such places on one way: on longer ones than 200 m they are farther apart."""
 _WORTH_TELLING_M = 0.1
@@ -85,6 +85,8 @@ class Obstacle:
     """Place where it would come to a stop if it were told to now, shape (3,): the segment to it is occupied, too."""
     drift_m: float = 0.0
     """Distance beside its segments that is occupied, too: a vehicle with a pilot does not stay where it is."""
+    lands: bool = False
+    """Whether it lands, also while it still moves: all below the way to its stop is occupied, too."""
     left_alone: str = ""
     """What keeps it from being asked to make way, such as "which has a pilot": others below it move out of its column,
     and fly around it while it hovers. Empty for a vehicle that can be asked, or is on its way."""
@@ -99,6 +101,8 @@ class Obstacle:
         here = np.array(self.position_enu_m, dtype=np.float64)
         segments = [self._column(here) if self.column else np.array([here, here])]
         segments += [np.array([here, end]) for end in (self.waypoint_enu_m, self.stop_enu_m) if end is not None]
+        if self.lands and self.stop_enu_m is not None:
+            segments += [self._column(place_enu_m) for place_enu_m in _places(here, self.stop_enu_m)]
         if self.home_enu_m is not None:
             turns = self._turns(here)
             if self.return_up_m is not None:
@@ -111,9 +115,7 @@ class Obstacle:
 
     def _turns(self, here_enu_m: FloatArray) -> FloatArray:
         """Return places from where it may fly home, shape (k, 3), close together."""
-        last_enu_m = here_enu_m if self.turn_enu_m is None else self.turn_enu_m
-        gaps = math.ceil(float(np.linalg.norm(last_enu_m - here_enu_m)) / TURN_SPACING_M)
-        return np.linspace(here_enu_m, last_enu_m, min(gaps, MAX_TURNS) + 1)
+        return _places(here_enu_m, here_enu_m if self.turn_enu_m is None else self.turn_enu_m)
 
     def _column(self, position_enu_m: FloatArray) -> FloatArray:
         """Return all that it occupies above and below a place on its way."""
@@ -123,23 +125,30 @@ class Obstacle:
         return np.array([low, high])
 
     def is_near(self, start_enu_m: FloatArray, end_enu_m: FloatArray, accuracy: Accuracy, separation_m: float) -> bool:
-        """Return whether another vehicle on a straight path, ends of shape (3,), may come within the separation.
+        """Return whether another vehicle on any of some straight paths may come within the separation.
 
         Args:
-            start_enu_m: start of the path.
-            end_enu_m: end of the path.
+            start_enu_m: start of the path, shape (3,), or of each path, (n, 3).
+            end_enu_m: end of the path, the same shape.
             accuracy: accuracy of the other vehicle's position.
             separation_m: smallest true distance.
         """
         segments, errors_m = self.segments(), joint_errors_m(accuracy, self.reckoned)
         return all(
             segment_distance(
-                *(scale * end_m for end_m in (start_enu_m, end_enu_m, segments[:, 0], segments[:, 1]))
+                *(scale * end_m[..., None, :] for end_m in (start_enu_m, end_enu_m)),
+                *(scale * end_m for end_m in (segments[:, 0], segments[:, 1])),
             ).min()
             < wide_m
             for one in clearances(separation_m, *np.atleast_2d(errors_m).T)
             for scale, wide_m in zip(one.scale(), one.wide_m, strict=True)
         )
+
+
+def _places(start_enu_m: FloatArray, end_enu_m: FloatArray) -> FloatArray:
+    """Return places on a way, shape (k, 3), close together, its ends included."""
+    gaps = math.ceil(float(np.linalg.norm(end_enu_m - start_enu_m)) / TURN_SPACING_M)
+    return np.linspace(start_enu_m, end_enu_m, min(gaps, MAX_TURNS) + 1)
 
 
 @dataclass(frozen=True, slots=True)

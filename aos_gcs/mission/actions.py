@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from aos_gcs.errors import MissionError
 from aos_gcs.mission.context import MissionContext
+from aos_gcs.mission.fleet.descents import blocks_descent, moves
 from aos_gcs.mission.fleet.flight import FlightControl
 from aos_gcs.mission.fleet.joining import Order
 from aos_gcs.mission.fleet.roster import Member
@@ -356,7 +357,10 @@ class ActionHandler:
         return await self._flow.sortie.return_and_land.send_home(member, "ordered by the operator")
 
     async def _land_one(self, member: Member) -> Refusal | None:
-        below = self._flight.blocks_descent(member)
+        context = self._flow.sortie.context
+        below = blocks_descent(context, member)
+        if below is not None and moves(context, member):
+            return Refusal(f"vehicle {below} is or may come below it before it stops: hold it, then land it")
         if below is not None:
             return Refusal(f"vehicle {below} is or may come below it: hold or return that one, or land all")
         self._vehicle_tasks.stop(member.vehicle_id)

@@ -224,7 +224,7 @@ class FlightControl:
         position_enu_m = self._roster.position_enu_m(member)
         if not member.airborne or position_enu_m is None:
             return None
-        accuracy, bottom_m = self.accuracy(member), self._bottom_m
+        accuracy, bottom_m = self.accuracy(member), self.bottom_m
         return obstacle_of(member, position_enu_m, self._roster, self._settings, accuracy=accuracy, bottom_m=bottom_m)
 
     def rest_of_way(self, member: Member, others: Iterable[Member], tolerance_m: float) -> Admission:
@@ -255,12 +255,12 @@ class FlightControl:
         end_enu_m: NDArray[np.float64],
         ignored: frozenset[int] = frozenset(),
     ) -> int | None:
-        """Return the id of a vehicle that is, or may come, too near to a straight path; None if the path is free.
+        """Return the id of a vehicle that is, or may come, too near to straight paths; None if they are free.
 
         Args:
-            member: vehicle that is to fly it; it does not count itself.
-            start_enu_m: shape (3,).
-            end_enu_m: shape (3,).
+            member: vehicle that is to fly them; it does not count itself.
+            start_enu_m: start of the path, shape (3,), or of each path, (n, 3).
+            end_enu_m: end of the path, the same shape.
             ignored: ids of other vehicles that do not count.
         """
         if self._limits is None:
@@ -270,21 +270,8 @@ class FlightControl:
                 return obstacle.vehicle_id
         return None
 
-    def blocks_descent(self, member: Member, ignored: frozenset[int] = frozenset()) -> int | None:
-        """Return the id of a vehicle that is, or may come, too near to the column below another; None if it is free.
-
-        Args:
-            member: vehicle that is to descend.
-            ignored: ids of vehicles that do not count.
-        """
-        position_enu_m = self._roster.position_enu_m(member)
-        if position_enu_m is None:
-            return None
-        ground_enu_m = np.array([*position_enu_m[:2], min(self._bottom_m, position_enu_m[2])])
-        return self.blocks_path(member, position_enu_m, ground_enu_m, ignored)
-
     @property
-    def _bottom_m(self) -> float:
+    def bottom_m(self) -> float:
         """Height above the origin down to which vehicles may descend."""
         return 0.0 if self.ground is None else min(0.0, self.ground.bottom_m)
 

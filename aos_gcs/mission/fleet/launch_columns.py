@@ -7,6 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from aos_gcs.mission.context import FlightContext
+from aos_gcs.mission.fleet.descents import blocks_descent
 from aos_gcs.mission.fleet.roster import Member
 
 
@@ -36,4 +37,4 @@ def _is_low_at_home(context: FlightContext, member: Member, reach_m: float) -> b
 
 def _is_free(context: FlightContext, member: Member, low: Iterable[Member]) -> bool:
     ignored = frozenset(other.vehicle_id for other in low)
-    return context.flight.blocks_descent(member, ignored) is None
+    return blocks_descent(context, member, ignored) is None

@@ -66,6 +66,7 @@ def obstacle_of(
         turn_enu_m=destination_enu_m(member, settings) if is_lost else None,
         return_up_m=layers.return_up_m(member) if climbs_to_return else None,
         accuracy=accuracy,
+        lands=isinstance(command, Land),
         drift_m=DRIFT_M if member.has_pilot else 0.0,
         left_alone=_why_left_alone(member, settings),
     )

@@ -8,9 +8,11 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from aos_gcs.airspace.spacing import landing_spots, spread_apart
+from aos_gcs.airspace.spacing import landing_spots
 from aos_gcs.mission.context import FlightContext
+from aos_gcs.mission.fleet.descents import blocks_descent, clear_columns, to_clear
 from aos_gcs.mission.fleet.jump_watch import DOUBT_LASTS_S
+from aos_gcs.mission.fleet.landing_report import report_landings, report_pilots
 from aos_gcs.mission.fleet.launch_columns import in_launch_columns
 from aos_gcs.mission.fleet.motion import is_told_to_land
 from aos_gcs.mission.fleet.roster import Member
@@ -28,8 +30,6 @@ _HOVER_S = 15.0
 """Time for which a vehicle hovers above its launch point, by its autopilot's own return, before it is landed."""
 _HOVER_MPS = 0.3
 _NEAR_HOME_M = 3.0
-_ELSEWHERE_M = 10.0
-"""Distance from its launch point beyond which a landed vehicle has to be looked for; far more than landings err."""
 _SPOTS_APART = 2.0
 """Distance of two landing spots about a return point, in separations: both vehicles may err by half of one."""
 
@@ -83,15 +83,15 @@ class ReturnAndLand:
         self._take_over_all()
         context.journal.set_message("Landing.")
         await self._land_in_launch_columns()
-        await self._clear_columns()
+        await clear_columns(context, to_clear(context))
         for member in self._still_flying():
             if member.obeys_return:
                 context.roster.assign(member, Task.LANDING)
-        self._report_pilots()
+        report_pilots(context, self._still_flying())
         await self._bring_down()
         if await self._is_any_heard_again():
             await self._bring_down()
-        self._report_landings()
+        report_landings(context, self._not_landed())
         return Phase.DONE
 
     async def _land_in_launch_columns(self) -> None:
@@ -131,7 +131,7 @@ class ReturnAndLand:
             if member.task is Task.LANDING or not self._hovers_at_home(member):
                 self._hovering_since_s.pop(member.vehicle_id, None)
             elif now_s - self._hovering_since_s.setdefault(member.vehicle_id, now_s) >= _HOVER_S and (
-                self._context.flight.blocks_descent(member) is None
+                blocks_descent(self._context, member) is None
             ):
                 roster.assign(member, Task.LANDING)
 
@@ -190,7 +190,7 @@ class ReturnAndLand:
         if self._is_astray(member):
             await self._hand_over(member)
             return
-        while (other_id := context.flight.blocks_descent(member)) is not None:
+        while (other_id := blocks_descent(context, member)) is not None:
             member.refusal = f"held: vehicle {other_id} is or may come below it"
             await context.clock.sleep(_POLL_S)
         if member.task is Task.RETURNING and member.follows_us:
@@ -243,7 +243,7 @@ class ReturnAndLand:
             if member.task is Task.RETURNING
             and self._can_fly_home(member)
             and not self._is_astray(member)
-            and flight.blocks_descent(member) is None
+            and blocks_descent(self._context, member) is None
         ]
         for member in down:
             self._context.roster.assign(member, Task.LANDING)
@@ -322,16 +322,6 @@ class ReturnAndLand:
             member.landing_enu_m = np.array([*free_m, home_enu_m[2]])
         return member.landing_enu_m
 
-    def _report_pilots(self) -> None:
-        for member in self._still_flying():
-            if member.has_pilot and member.airborne:
-                mode = member.state.mode_name or member.state.mode
-                self._context.journal.notice(
-                    Severity.WARNING,
-                    f"flown by its pilot (mode {mode}): the pilot has to land it",
-                    member.vehicle_id,
-                )
-
     @staticmethod
     def _down(member: Member) -> Command:
         """Return the command that brings a vehicle down.
@@ -342,58 +332,3 @@ class ReturnAndLand:
         if not member.airborne:
             return Disarm()
         return Land() if member.task is Task.LANDING else ReturnToLaunch()
-
-    async def _clear_columns(self) -> None:
-        """Move vehicles that hover above one another apart, in their layers, before they descend."""
-        context = self._context
-        limits = context.flight.limits
-        members = [member for member in context.roster.airborne() if member.follows_us and member.takes_part]
-        located = [(m, p) for m in members if (p := context.roster.position_enu_m(m)) is not None]
-        if limits is None or len(located) < 2:
-            return
-        positions_enu_m = np.array([position for _, position in located])
-        apart_enu_m = spread_apart(positions_enu_m, context.flight.clearance_m(members))
-        if np.array_equal(apart_enu_m, positions_enu_m):
-            return
-        context.journal.set_message("Landing: moving apart first.")
-        for member, _ in located:
-            context.roster.assign(member, Task.LANDING)
-        layers = context.roster.layers
-        requests = {
-            member.vehicle_id: layers.moved(position_enu_m, target_enu_m[:2])
-            for (member, position_enu_m), target_enu_m in zip(located, apart_enu_m, strict=True)
-        }
-        await context.flight.transfer(requests, frozenset({Task.LANDING}), returning=True)
-
-    def _report_landings(self) -> None:
-        context = self._context
-        for member in self._not_landed():
-            text = "has not reported that it landed: check it on site"
-            context.journal.notice(Severity.CRITICAL, text, member.vehicle_id)
-        lost = context.roster.members(Task.LOST)
-        for member in lost:
-            text = "link lost: its own failsafe lands it. Check it on site"
-            context.journal.notice(Severity.CRITICAL, text, member.vehicle_id)
-        landed = context.roster.members(Task.LANDED)
-        flown = sum(member.takes_part for member in context.roster.members())
-        text = f"Mission over: {len(landed)} of {flown} vehicles landed{self._report_elsewhere(landed)}."
-        context.journal.set_message(text)
-
-    def _report_elsewhere(self, landed: Sequence[Member]) -> str:
-        """Report vehicles that somebody has to fetch; return them in words to go on a sentence, empty for none."""
-        away_m = {}
-        for member in landed:
-            position_enu_m = self._context.roster.position_enu_m(member)
-            if position_enu_m is None or member.home_enu_m is None:
-                continue
-            distance_m = math.dist(position_enu_m[:2], member.home_enu_m[:2])
-            if distance_m > _ELSEWHERE_M:
-                away_m[member.vehicle_id] = distance_m
-                text = f"landed {distance_m:.0f} m from its launch point"
-                self._context.journal.notice(Severity.WARNING, text, member.vehicle_id)
-        if not away_m:
-            return ""
-        if len(away_m) > 1:
-            return f", {len(away_m)} of them away from their launch points: {', '.join(map(str, sorted(away_m)))}"
-        ((vehicle_id, distance_m),) = away_m.items()
-        return f", vehicle {vehicle_id} {distance_m:.0f} m from its launch point"

@@ -46,6 +46,7 @@ export const mission: readonly StationText[] = [
   ["Waiting for {count} lost vehicles.", "Warten auf {count} Drohnen ohne Funk."],
   ["Returning: flying home in the altitude layers.", "Rückflug in den Höhenebenen."],
   ["Landing.", "Landung."],
+  ["Landing: stopping first.", "Landung: Die Drohnen halten zuerst an."],
   ["Landing: moving apart first.", "Landung: Die Drohnen fliegen erst auseinander."],
   ["Held: all vehicles stop where they are.", "Gehalten: Alle Drohnen bleiben, wo sie sind."],
   ["Aborted: airborne vehicles return on their own.", "Abgebrochen: Drohnen in der Luft kehren selbst zurück."],
