@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,8 @@ from aos_gcs.airspace.separation import TOLERANCE_M
 FloatArray = NDArray[np.float64]
 
 _SPREAD_EXCESS = 0.01
+_REACH_M = 40.0
+_STEP_M = 0.5
 
 
 def landing_spots(centre_enu_m: Sequence[float], n: int, spacing_m: float) -> FloatArray:
@@ -55,3 +58,35 @@ def spread_apart(positions_enu_m: FloatArray, separation_m: float) -> FloatArray
         push_m = 0.5 * ((1.0 + _SPREAD_EXCESS) * separation_m - distances_m[close])[:, None] * units[close]
         np.add.at(positions_m[:, :2], second[close], push_m)
         np.add.at(positions_m[:, :2], first[close], -push_m)
+
+
+def nearest_free(
+    place_m: FloatArray,
+    taken_m: FloatArray,
+    clear_m: FloatArray,
+    is_admissible: Callable[[FloatArray], NDArray[np.bool_]],
+) -> FloatArray | None:
+    """Return the place nearest to another that keeps clear of places taken, shape (2,); None where none is near.
+
+    Args:
+        place_m: shape (2,), metres.
+        taken_m: places to keep clear of, shape (k, 2).
+        clear_m: distance to keep from each, shape (k,).
+        is_admissible: returns which of many places, shape (n, 2), are admissible otherwise.
+    """
+    candidates_m = place_m + _offsets_m()
+    offsets_m = candidates_m[:, None] - np.asarray(taken_m, dtype=np.float64).reshape(-1, 2)
+    is_free = (np.linalg.norm(offsets_m, axis=-1) >= clear_m).all(axis=1)
+    free_m = candidates_m[is_free]
+    admissible_m = free_m[is_admissible(free_m)] if len(free_m) else free_m
+    return np.asarray(admissible_m[0]) if len(admissible_m) else None
+
+
+@lru_cache(maxsize=1)
+def _offsets_m() -> FloatArray:
+    """Return the offsets of places about a place, shape (n, 2), the nearest first; ties by angle."""
+    steps_m = np.arange(-_REACH_M, _REACH_M + _STEP_M, _STEP_M)
+    grid_m = np.stack(np.meshgrid(steps_m, steps_m), axis=-1).reshape(-1, 2)
+    distances_m = np.hypot(*grid_m.T)
+    order = np.lexsort((np.arctan2(grid_m[:, 1], grid_m[:, 0]), distances_m))
+    return np.asarray(grid_m[order[distances_m[order] <= _REACH_M]])

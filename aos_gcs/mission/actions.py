@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from aos_gcs.errors import MissionError
 from aos_gcs.mission.context import MissionContext
-from aos_gcs.mission.fleet.descents import blocks_descent, moves
+from aos_gcs.mission.fleet.descents import blocks_descent, moves, stands_below
 from aos_gcs.mission.fleet.flight import FlightControl
 from aos_gcs.mission.fleet.joining import Order
 from aos_gcs.mission.fleet.roster import Member
@@ -363,6 +363,8 @@ class ActionHandler:
             return Refusal(f"vehicle {below} is or may come below it before it stops: hold it, then land it")
         if below is not None:
             return Refusal(f"vehicle {below} is or may come below it: hold or return that one, or land all")
+        if (standing := stands_below(context, member)) is not None:
+            return Refusal(f"vehicle {standing} stands on the ground below it: return it")
         self._vehicle_tasks.stop(member.vehicle_id)
         self._assign(member, Task.LANDING)
         return await self._flight.command(member, Land())

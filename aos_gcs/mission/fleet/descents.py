@@ -9,7 +9,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from aos_gcs.airspace.spacing import spread_apart
+from aos_gcs.airspace.accuracy import joint_errors_m
+from aos_gcs.airspace.spacing import nearest_free, spread_apart
 from aos_gcs.airspace.stopping import REACTION_S
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.fleet.motion import is_told_to_land, speed_mps
@@ -23,6 +24,10 @@ FloatArray = NDArray[np.float64]
 _COLUMN_SPACING_M: Final = 0.25
 """Distance of the columns that are looked at below the way to a stop."""
 _MOST_COLUMNS: Final = 400
+LANDING_ERROR_M: Final = 1.0
+"""Distance by which a landing may err beside what positions err by: gusts, and drift on the last metres."""
+_OWN_M: Final = 1.0
+"""Distance from its own landing place within which a vehicle lands there."""
 _HOLD_S: Final = 3.0
 """Time in which vehicles confirm that they stop before they land; a silent one delays the others by no more."""
 _REST_S: Final = 8.0
@@ -83,29 +88,124 @@ async def come_to_rest(context: FlightContext, members: Sequence[Member]) -> Non
 
 
 async def clear_columns(context: FlightContext, members: Sequence[Member]) -> None:
-    """Have vehicles that are to land hover, and move those that hover above one another apart, in their layers."""
+    """Have vehicles that are to land hover, and move those apart, in their layers, that hover above others.
+
+    Others are each other, vehicles in flight that are not moved, and those that stand on the ground.
+    """
     await come_to_rest(context, members)
-    located = [
-        (member, way[-1])
+    located = {
+        member.vehicle_id: (member, way[-1])
         for member in members
         if member.airborne and member.follows_us and (way := way_to_rest(context, member)) is not None
-    ]
-    if context.flight.limits is None or len(located) < 2:
+    }
+    if context.flight.limits is None or not located:
         return
-    places_enu_m = np.array([place_enu_m for _, place_enu_m in located])
-    clearance_m = context.flight.clearance_m(members)
-    if np.array_equal(spread_apart(places_enu_m, clearance_m), places_enu_m):
+    targets_m = _clear_places(context, [member for member, _ in located.values()], [p for _, p in located.values()])
+    if all(np.array_equal(targets_m[vehicle_id], place[:2]) for vehicle_id, (_, place) in located.items()):
         return
-    # Each may hover as far from its place as counts as arrived, and descends from there.
-    apart_enu_m = spread_apart(places_enu_m, clearance_m + 2.0 * context.settings.flight.arrival_radius_m)
     context.journal.set_message("Landing: moving apart first.")
-    for member, _ in located:
+    for member, _ in located.values():
         context.roster.assign(member, Task.LANDING)
     requests = {
-        member.vehicle_id: context.roster.layers.moved(place_enu_m, target_enu_m[:2])
-        for (member, place_enu_m), target_enu_m in zip(located, apart_enu_m, strict=True)
+        vehicle_id: context.roster.layers.moved(place_enu_m, targets_m[vehicle_id])
+        for vehicle_id, (_, place_enu_m) in located.items()
     }
     await context.flight.transfer(requests, frozenset({Task.LANDING}), returning=True)
+
+
+def _clear_places(
+    context: FlightContext, members: Sequence[Member], places_enu_m: Sequence[FloatArray]
+) -> dict[int, FloatArray]:
+    """Return where vehicles may land, shape (2,) each: where they hover, or near that."""
+    flight, roster = context.flight, context.roster
+    clearance_m = flight.clearance_m(members)
+    # Each may hover as far from its place as counts as arrived, and descends from there.
+    apart_m = clearance_m + 2.0 * context.settings.flight.arrival_radius_m
+    targets_m = np.array(places_enu_m)
+    if not np.array_equal(spread_apart(targets_m, clearance_m), targets_m):
+        targets_m = spread_apart(targets_m, apart_m)
+    targets_m = targets_m[:, :2]
+    flying = [
+        position_enu_m[:2]
+        for other in roster.members()
+        if other.airborne and other not in members and (position_enu_m := roster.position_enu_m(other)) is not None
+    ]
+    for row, member in enumerate(members):
+        is_below_others = any(math.dist(targets_m[row], other_m) < clearance_m for other_m in flying)
+        if not is_below_others and stands_near(context, member, targets_m[row]) is None:
+            continue
+        others_m = [*np.delete(targets_m, row, axis=0), *flying]
+        standing = _standing(context, member)
+        free_m = nearest_free(
+            targets_m[row],
+            np.array([*others_m, *(place_m for place_m, _ in standing.values())]),
+            np.array([apart_m] * len(others_m) + [wide_m + LANDING_ERROR_M for _, wide_m in standing.values()]),
+            lambda candidates_m: is_within(context, candidates_m),
+        )
+        if free_m is not None:
+            targets_m[row] = free_m
+    return {member.vehicle_id: target_m for member, target_m in zip(members, targets_m, strict=True)}
+
+
+def is_within(context: FlightContext, places_m: FloatArray) -> NDArray[np.bool_]:
+    """Return which places, shape (n, 2), keep the margins of the geofence and of all no-go zones."""
+    limits = context.flight.limits
+    is_inside = np.ones(len(places_m), dtype=bool)
+    for boundary in () if limits is None else limits.boundaries():
+        is_inside &= boundary.depths_m(places_m) >= boundary.margin_m
+    return is_inside
+
+
+def stands_below(context: FlightContext, member: Member) -> int | None:
+    """Return the id of a vehicle that stands on the ground where another would land now; None if there is none."""
+    way_enu_m = way_to_rest(context, member)
+    if way_enu_m is None:
+        return None
+    # It touches down near the end of its way: the wind, and how hard it brakes, are not known.
+    ends_enu_m = way_enu_m[len(way_enu_m) // 2 :]
+    found = (stands_near(context, member, end_enu_m[:2]) for end_enu_m in ends_enu_m)
+    return next((other_id for other_id in found if other_id is not None), None)
+
+
+def stands_near(context: FlightContext, member: Member, place_m: FloatArray) -> int | None:
+    """Return the id of a vehicle that stands on the ground too near to a place, shape (2,), for another to land there.
+
+    At its own landing place a vehicle lands beside those that stand as near as launch points are, and no nearer than
+    the separation. Anywhere else, what landings err by is added.
+    """
+    limits, own_enu_m = context.flight.limits, landing_place_enu_m(member)
+    if limits is None:
+        return None
+    is_own = own_enu_m is not None and math.dist(place_m, own_enu_m[:2]) <= _OWN_M
+    for other_id, (other_m, wide_m) in _standing(context, member).items():
+        if math.dist(place_m, other_m) < (limits.separation_m if is_own else wide_m):
+            return other_id
+    return None
+
+
+def _standing(context: FlightContext, member: Member) -> dict[int, tuple[FloatArray, float]]:
+    """Return where the other vehicles on the ground stand, shape (2,), and how far from each this one may land, by id.
+
+    One that is not heard any more stands where it was heard last.
+    """
+    limits, roster, flight = context.flight.limits, context.roster, context.flight
+    if limits is None:
+        return {}
+    standing = {}
+    for other in roster.members():
+        position_enu_m = roster.position_enu_m(other)
+        if other is not member and not other.airborne and position_enu_m is not None:
+            errors_m, _ = joint_errors_m(flight.accuracy(member), flight.accuracy(other))
+            standing[other.vehicle_id] = position_enu_m[:2], limits.separation_m + LANDING_ERROR_M + errors_m
+    return standing
+
+
+def landing_place_enu_m(member: Member) -> FloatArray | None:
+    """Return where a vehicle lands when it returns, shape (3,), as far as that is decided.
+
+    That is its launch point, or a place of its own near it or about the return point.
+    """
+    return member.home_enu_m if member.landing_enu_m is None else member.landing_enu_m
 
 
 def to_clear(context: FlightContext) -> list[Member]:

@@ -8,10 +8,10 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from aos_gcs.airspace.spacing import landing_spots
 from aos_gcs.mission.context import FlightContext
-from aos_gcs.mission.fleet.descents import blocks_descent, clear_columns, to_clear
+from aos_gcs.mission.fleet.descents import blocks_descent, clear_columns, stands_below, to_clear
 from aos_gcs.mission.fleet.jump_watch import DOUBT_LASTS_S
+from aos_gcs.mission.fleet.landing_places import LandingPlaces
 from aos_gcs.mission.fleet.landing_report import report_landings, report_pilots
 from aos_gcs.mission.fleet.launch_columns import in_launch_columns
 from aos_gcs.mission.fleet.motion import is_told_to_land
@@ -30,8 +30,6 @@ _HOVER_S = 15.0
 """Time for which a vehicle hovers above its launch point, by its autopilot's own return, before it is landed."""
 _HOVER_MPS = 0.3
 _NEAR_HOME_M = 3.0
-_SPOTS_APART = 2.0
-"""Distance of two landing spots about a return point, in separations: both vehicles may err by half of one."""
 
 
 class ReturnAndLand:
@@ -40,6 +38,7 @@ class ReturnAndLand:
     def __init__(self, context: FlightContext, vehicle_tasks: VehicleTasks) -> None:
         self._context = context
         self._vehicle_tasks = vehicle_tasks
+        self._places = LandingPlaces(context)
         self._hovering_since_s: dict[int, float] = {}
         """Time since which a vehicle hovers at the end of its autopilot's own return, by id."""
         self.is_for_all = False
@@ -65,8 +64,7 @@ class ReturnAndLand:
         to_fly = [m for m in self._still_flying() if not m.position_doubt_m and not is_told_to_land(m)]
         for member in (able := [member for member in to_fly if self._can_fly_home(member)]):
             context.roster.assign(member, Task.RETURNING)
-        await self._fly(able, self._climb)
-        await self._fly(able, self._above_home)
+        await self._fly_above_home(able)
         await self._return_held()
         if any(self._can_fly_home(member) for member in self._astray()):
             await self._land_in_turn()
@@ -131,7 +129,7 @@ class ReturnAndLand:
             if member.task is Task.LANDING or not self._hovers_at_home(member):
                 self._hovering_since_s.pop(member.vehicle_id, None)
             elif now_s - self._hovering_since_s.setdefault(member.vehicle_id, now_s) >= _HOVER_S and (
-                blocks_descent(self._context, member) is None
+                blocks_descent(self._context, member) is None and stands_below(self._context, member) is None
             ):
                 roster.assign(member, Task.LANDING)
 
@@ -182,17 +180,19 @@ class ReturnAndLand:
             context.roster.assign(member, Task.LANDING)
             await context.flight.command(member, Land())
             return
-        await self._until_located([member])
-        await self._fly([member], self._climb)
-        await self._fly([member], self._above_home)
-        if member.task is not Task.RETURNING or not member.follows_us:
-            return
-        if self._is_astray(member):
-            await self._hand_over(member)
-            return
-        while (other_id := blocks_descent(context, member)) is not None:
-            member.refusal = f"held: vehicle {other_id} is or may come below it"
-            await context.clock.sleep(_POLL_S)
+        while True:
+            await self._until_located([member])
+            await self._fly_above_home([member])
+            if member.task is not Task.RETURNING or not member.follows_us:
+                return
+            if self._is_astray(member):
+                await self._hand_over(member)
+                return
+            while (other_id := blocks_descent(context, member)) is not None:
+                member.refusal = f"held: vehicle {other_id} is or may come below it"
+                await context.clock.sleep(_POLL_S)
+            if not self._places.leave_occupied(member):
+                break
         if member.task is Task.RETURNING and member.follows_us:
             context.roster.assign(member, Task.LANDING)
             await context.flight.command(member, Land())
@@ -213,8 +213,7 @@ class ReturnAndLand:
         held = [m for m in self._context.roster.members(Task.HELD) if self._can_fly_home(m)]
         for member in held:
             self._context.roster.assign(member, Task.RETURNING)
-        await self._fly(held, self._climb)
-        await self._fly(held, self._above_home)
+        await self._fly_above_home(held)
 
     async def _until_located(self, members: Sequence[Member]) -> None:
         """Wait while positions are in doubt: from there, the vetted path would be another one in the air."""
@@ -231,6 +230,7 @@ class ReturnAndLand:
         await self._bring_down_here([member for member in self._still_flying() if member not in astray])
         for member in sorted(filter(self._can_fly_home, astray), key=self._way_home_m):
             if member.task is Task.RETURNING:
+                self._places.leave_occupied(member)
                 await self._fly([member], self._above_home)
                 await self._bring_down_here([member])
 
@@ -244,6 +244,7 @@ class ReturnAndLand:
             and self._can_fly_home(member)
             and not self._is_astray(member)
             and blocks_descent(self._context, member) is None
+            and stands_below(self._context, member) is None
         ]
         for member in down:
             self._context.roster.assign(member, Task.LANDING)
@@ -252,7 +253,7 @@ class ReturnAndLand:
         await flight.wait_until(lambda: down, lambda one: not one.airborne or one.task is not Task.LANDING, landing_s)
 
     def _way_home_m(self, member: Member) -> float:
-        position_enu_m, place_enu_m = self._context.roster.position_enu_m(member), self._landing_place(member)
+        position_enu_m, place_enu_m = self._context.roster.position_enu_m(member), self._places.of(member)
         if position_enu_m is None or place_enu_m is None:
             return math.inf
         return float(np.linalg.norm((position_enu_m - place_enu_m)[:2]))
@@ -299,28 +300,21 @@ class ReturnAndLand:
         requests = {m.vehicle_id: place_enu_m for m in members if (place_enu_m := place_of(m)) is not None}
         await self._context.flight.transfer(requests, frozenset({Task.RETURNING}), returning=True)
 
+    async def _fly_above_home(self, members: list[Member]) -> None:
+        """Fly vehicles straight up or down into their layers, then above landing places where nobody stands."""
+        await self._fly(members, self._climb)
+        for member in members:
+            if member.task is Task.RETURNING:
+                self._places.leave_occupied(member)
+        await self._fly(members, self._above_home)
+
     def _climb(self, member: Member) -> NDArray[np.float64] | None:
         roster = self._context.roster
         return None if roster.is_in_layer(member) else roster.own_column_enu_m(member)
 
     def _above_home(self, member: Member) -> NDArray[np.float64] | None:
         """Return the position in a vehicle's layer above its landing place; None if that is not known."""
-        return self._context.roster.layers.at(member, self._landing_place(member))
-
-    def _landing_place(self, member: Member) -> NDArray[np.float64] | None:
-        """Return a vehicle's launch point, or its own spot about the return point where the plan has one."""
-        context, home_enu_m = self._context, member.home_enu_m
-        centre_enu_m, limits = context.settings.return_enu_m, context.flight.limits
-        if centre_enu_m is None or home_enu_m is None or limits is None:
-            return home_enu_m
-        if member.landing_enu_m is None:
-            members = context.roster.members()
-            taken = [tuple(m.landing_enu_m[:2]) for m in members if m.landing_enu_m is not None]
-            spacing_m = max(_SPOTS_APART * limits.separation_m, context.flight.clearance_m(members))
-            spots_m = landing_spots(centre_enu_m, len(members), spacing_m)
-            free_m = next(spot_m for spot_m in spots_m if tuple(spot_m) not in taken)
-            member.landing_enu_m = np.array([*free_m, home_enu_m[2]])
-        return member.landing_enu_m
+        return self._context.roster.layers.at(member, self._places.of(member))
 
     @staticmethod
     def _down(member: Member) -> Command:

@@ -64,6 +64,10 @@ export const flight: readonly StationText[] = [
     "must not fly on towards home now, so it hovers and tries again ({reason})",
     "darf jetzt nicht nach Hause weiterfliegen, schwebt und versucht es erneut ({reason})",
   ],
+  [
+    "lands beside its landing place: vehicle {id} stands there",
+    "landet neben ihrem Landeplatz: Dort steht Drohne {id}",
+  ],
   ["returns on its own: {reason}", "kehrt allein zurück: {reason}"],
   [
     "returns by its autopilot, at the autopilot's own height",
