@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from aos_gcs.mission.fleet import launch_place
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.planning.settings import PreflightSettings
@@ -67,6 +68,22 @@ async def test_where_rtk_has_measured_the_ground_its_layer_counts_from_there() -
     assert vehicle.position_enu_m() == pytest.approx(FAR, abs=0.6), "it returns to where its autopilot would"
 
 
+async def test_lower_ground_where_it_lands_is_no_error_of_its_altitude() -> None:
+    flight = prepare(errors=EXACT)
+    async with flying(flight) as run:
+        await paused(flight)
+        await flight.commands.act(Action.LAND, (2,))
+        vehicle = flight.fleet.members[2]
+        vehicle.fly_to(np.array([*vehicle.position_enu_m()[:2], -3.0]))
+        await flight.until(lambda: flight.task(2) is Task.LANDED)
+        snapshot = flight.view.snapshot().vehicles[1]
+        assert snapshot.altitude_offset_m == pytest.approx(0.0, abs=0.1)
+        assert snapshot.position_enu_m is not None
+        assert snapshot.position_enu_m[2] == pytest.approx(-3.0, abs=0.1)
+        await flight.commands.act(Action.ABORT, None)
+        await run
+
+
 async def test_where_it_lands_beside_its_launch_point_that_stays_as_it_is() -> None:
     flight = prepare(errors=EXACT)
     async with flying(flight) as run:
@@ -107,6 +124,26 @@ async def test_one_that_was_restarted_where_it_stands_joins_on_level_ground_only
         assert started(vehicle) == []
         vehicle.home_enu_m = vehicle.start_enu_m = vehicle.goal_enu_m = np.array([0.0, -30.0, 0.0])
         assert await join(flight, 2) == "takes off and flies to the swarm"
+        await flight.commands.act(Action.ABORT, None)
+        await run
+
+
+async def test_an_elevation_model_says_how_high_the_ground_is_where_nothing_was_measured(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    flight = prepare(errors=EXACT)
+    async with flying(flight) as run:
+        vehicle = await down_at(flight, 2, FAR)
+        roster = flight.mission.sortie.context.roster
+        assert roster.ground is not None
+        roster.ground = replace(roster.ground, measured_level_amsl_m=None)
+        assert (await join(flight, 2)).startswith("stands 3")
+        monkeypatch.setattr(launch_place, "_rise_m", lambda _context, _known_enu_m, here_enu_m: here_enu_m[1] / 10.0)
+        assert await join(flight, 2) == "takes off and flies to the swarm"
+        (climb,) = [one for one in vehicle.commands[3:] if isinstance(one, Takeoff)]
+        layer_m = flight.view.snapshot().vehicles[1].layer_height_m
+        assert layer_m is not None
+        assert climb.height_above_home_m == pytest.approx(layer_m + 3.0, abs=0.05)
         await flight.commands.act(Action.ABORT, None)
         await run
 

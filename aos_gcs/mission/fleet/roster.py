@@ -266,7 +266,9 @@ class Roster:
 
     def _is_at_launch_point(self, member: Member) -> bool:
         here_enu_m, home_enu_m = self.position_enu_m(member), member.home_enu_m
-        if member.task not in {Task.LANDED, Task.JOINING} or here_enu_m is None or home_enu_m is None:
+        # Armed, a vehicle that does not join anew reports the altitude of the home that it was launched from.
+        is_launched_once = member.task is Task.IDLE or (member.state.armed and member.task is not Task.JOINING)
+        if is_launched_once or here_enu_m is None or home_enu_m is None:
             return True
         return float(np.hypot(*(here_enu_m - home_enu_m)[:2])) <= same_place_m(member.state)
 
