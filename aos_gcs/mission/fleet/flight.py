@@ -67,8 +67,13 @@ class FlightControl:
         self._limits = limits
         self._detours = Detours(limits.boundaries(), self._settings.arrival_radius_m)
 
-    async def command(self, member: Member, command: Command, timeout_s: float | None = None) -> Refusal | None:
-        """Have one vehicle do something; return None when it is confirmed, else the refusal, which is also reported."""
+    async def command(
+        self, member: Member, command: Command, timeout_s: float | None = None, *, is_repeated: bool = False
+    ) -> Refusal | None:
+        """Have one vehicle do something; return None when it is confirmed, else the refusal, which is also reported.
+
+        Refusals of a command that is repeated have been reported before.
+        """
         now_s = self._clock.now_s()
         deadline_s = now_s + (timeout_s if timeout_s is not None else self._deadlines.command_s)
         member.last_command = command
@@ -79,7 +84,8 @@ class FlightControl:
         except CommandError as error:
             if isinstance(error, CommandRefusedError) and member.last_command is command:
                 member.last_command = None
-            self._journal.notice(Severity.WARNING, f"{_name(command)}: {error}", member.vehicle_id)
+            if not is_repeated:
+                self._journal.notice(Severity.WARNING, f"{_name(command)}: {error}", member.vehicle_id)
             return Refusal(str(error))
         return None
 

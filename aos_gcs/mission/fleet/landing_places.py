@@ -23,7 +23,7 @@ _SPOTS_PER_VEHICLE: Final = 6
 
 
 class LandingPlaces:
-    """Where vehicles land that return."""
+    """Landing places of the vehicles that return."""
 
     def __init__(self, context: FlightContext) -> None:
         self._context = context

@@ -18,13 +18,13 @@ from aos_gcs.mission.fleet.ground_watch import GroundWatch
 from aos_gcs.mission.fleet.jump_watch import JumpWatch
 from aos_gcs.mission.fleet.link_watch import LinkWatch
 from aos_gcs.mission.fleet.proximity import ProximityWatch
-from aos_gcs.mission.fleet.return_and_land import ReturnAndLand
+from aos_gcs.mission.fleet.return_and_land import REPEAT_S, ReturnAndLand
 from aos_gcs.mission.fleet.roster import FLYING, Member
 from aos_gcs.mission.fleet.standing_hold import StandingHold
 from aos_gcs.mission.fleet.way_watch import WayWatch
 from aos_gcs.mission.health import CatchingUp, Punctuality
 from aos_gcs.mission.model.vehicles import Task
-from aos_gcs.ports import Hold, Severity
+from aos_gcs.ports import Hold, Land, Severity
 
 _PERIOD_S = 0.1
 _SNAPSHOT_PERIOD_S = 0.2
@@ -33,8 +33,6 @@ _STOPPED_S = 3.0
 """Time for which a vehicle in flight has to report stopped motors: one wrong heartbeat changes nothing."""
 _STOPPED_IF_LOST = frozenset({Task.SWARM, Task.JOINING})
 """Tasks of vehicles that are held when their positions cannot be trusted; others are on their way down."""
-_REPEAT_S = 5.0
-"""Time between two attempts to send a vehicle home that does not return."""
 
 
 class Monitor:
@@ -75,6 +73,8 @@ class Monitor:
         """Time since which a vehicle reports stopped motors without reporting that it landed, by id; then infinite."""
         self._send_home_at_s: dict[int, float] = {}
         """Time from which a vehicle that has to leave may be commanded to again, by id."""
+        self._land_at_s: dict[int, float] = {}
+        """Time from which a vehicle that has not begun to land may be commanded to again, by id."""
 
     @property
     def _context(self) -> FlightContext:
@@ -104,6 +104,8 @@ class Monitor:
                     self._measure_battery(member)
                     if (reason := self._must_leave(member)) is not None:
                         group.create_task(self._returning().send_home(member, reason))
+                    if (is_first := self._must_land_again(member)) is not None:
+                        group.create_task(self._returning().land_again(member, is_first=is_first))
                     self._watch_take_over(member)
                     if self._is_lost_in_space(member) and member.task in _STOPPED_IF_LOST and member.follows_us:
                         group.create_task(self._hold(member))
@@ -194,18 +196,38 @@ class Monitor:
         now_s = self._context.clock.now_s()
         if reason is None or now_s < self._send_home_at_s.get(member.vehicle_id, now_s):
             return None
-        self._send_home_at_s[member.vehicle_id] = now_s + _REPEAT_S
+        self._send_home_at_s[member.vehicle_id] = now_s + REPEAT_S
         return reason
 
     def _why_home(self, member: Member) -> str | None:
-        if member.task is Task.RETURNING:
-            stopped = self._returning().is_for_all or member.is_held_by_order
-            return None if stopped else "it has not arrived yet"
-        if member.task not in {Task.SWARM, Task.HELD, Task.JOINING}:
+        if member.task is Task.RETURNING and not member.is_held_by_order:
+            return None if self._returning().is_for_all else "it has not arrived yet"
+        if member.task not in {Task.SWARM, Task.HELD, Task.JOINING, Task.RETURNING}:
             return None
+        # A hold by order, also one of all on their ways home, does not outlast the battery.
         problem = self._battery_problem(member)
-        member.left_for_battery = problem or ""
+        if member.task is not Task.RETURNING:
+            member.left_for_battery = problem or ""
         return self._wrong_altitudes.get(member.vehicle_id) or problem
+
+    def _must_land_again(self, member: Member) -> bool | None:
+        """Return whether the landing of a vehicle has to be repeated for the first time; None if not at all now."""
+        returning, vehicle_id = self._returning(), member.vehicle_id
+        if member.task is not Task.LANDING or returning.is_landing_all:
+            self._land_at_s.pop(vehicle_id, None)
+            return None
+        if not member.airborne or not member.obeys_return or returning.is_busy(member):
+            return None
+        if member.is_held_by_order and self._battery_problem(member) is None:
+            return None
+        command_s, now_s = self._context.settings.deadlines.command_s, self._context.clock.now_s()
+        # A command that is not refused may be on its way yet.
+        due_s = member.sent_at_s + REPEAT_S + (command_s if isinstance(member.last_command, Land) else 0.0)
+        if now_s < max(due_s, self._land_at_s.get(vehicle_id, now_s)):
+            return None
+        is_first = vehicle_id not in self._land_at_s
+        self._land_at_s[vehicle_id] = now_s + REPEAT_S
+        return is_first
 
     def _battery_problem(self, member: Member) -> str | None:
         limits, battery = self._context.flight.limits, member.state.battery_fraction

@@ -23,6 +23,8 @@ from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.ports import Arm, Command, Disarm, FlightMode, Land, ReturnToLaunch, Severity
 
 _COMING_DOWN = frozenset({FlightMode.RETURN, FlightMode.LAND})
+REPEAT_S = 5.0
+"""Time between two attempts to have a vehicle return or land that does not."""
 _LAND_ATTEMPTS = 3
 _POLL_S = 0.2
 _LOOK_AGAIN_S = 1.0
@@ -43,6 +45,8 @@ class ReturnAndLand:
         """Time since which a vehicle hovers at the end of its autopilot's own return, by id."""
         self.is_for_all = False
         """Whether the whole swarm returns or lands, so that no vehicle does so on its own."""
+        self.is_landing_all = False
+        """Whether the whole swarm is landed now, so that no landing is repeated on its own."""
 
     @property
     def context(self) -> FlightContext:
@@ -77,6 +81,13 @@ class ReturnAndLand:
 
     async def land(self) -> Phase:
         """Land all vehicles where they are, none above another, and wait until their motors have stopped."""
+        self.is_landing_all = True
+        try:
+            return await self._land_all()
+        finally:
+            self.is_landing_all = False
+
+    async def _land_all(self) -> Phase:
         context = self._context
         self._take_over_all()
         context.journal.set_message("Landing.")
@@ -103,11 +114,11 @@ class ReturnAndLand:
         """Command all vehicles to land until all have landed or the deadline has passed.
 
         One that begins to wait for a command, such as at the end of a return of its own, gets it at once; one that does
-        not follow gets it again after a third of the time.
+        not follow gets it again after a while, a third of the time at most.
         """
         context, now_s = self._context, self._context.clock.now_s
         began_s, land_s = now_s(), context.settings.deadlines.land_s
-        again_s = land_s / _LAND_ATTEMPTS
+        again_s = min(land_s / _LAND_ATTEMPTS, context.settings.deadlines.command_s + REPEAT_S)
         commanded_at_s: dict[int, float] = {}
         while self._not_landed() and now_s() - began_s < land_s:
             due = []
@@ -160,6 +171,19 @@ class ReturnAndLand:
             return None
         self._vehicle_tasks.stop(member.vehicle_id)
         return await self._hand_over(member)
+
+    async def land_again(self, member: Member, *, is_first: bool) -> None:
+        """Repeat the landing of a vehicle that has not begun it, once nobody is below it; the first time, report it."""
+        context = self._context
+        if is_first:
+            text = "has not begun to land: it is told again until it does"
+            context.journal.notice(Severity.WARNING, text, member.vehicle_id)
+        if (standing := stands_below(context, member)) is not None:
+            await self.send_home(member, f"vehicle {standing} stands on the ground below it")
+        elif (other_id := blocks_descent(context, member)) is not None:
+            member.refusal = f"held: vehicle {other_id} is or may come below it"
+        else:
+            await context.flight.command(member, Land(), is_repeated=True)
 
     def stop(self, member: Member) -> None:
         """Fly a vehicle no further on its own; its last command stays in force."""

@@ -68,6 +68,11 @@ export const flight: readonly StationText[] = [
     "lands beside its landing place: vehicle {id} stands there",
     "landet neben ihrem Landeplatz: Dort steht Drohne {id}",
   ],
+  [
+    "has not begun to land: it is told again until it does",
+    "hat die Landung nicht begonnen: Sie wird erneut dazu angewiesen, bis sie landet",
+  ],
+  ["vehicle {id} stands on the ground below it", "Drohne {id} steht unter ihr am Boden"],
   ["returns on its own: {reason}", "kehrt allein zurück: {reason}"],
   [
     "returns by its autopilot, at the autopilot's own height",
