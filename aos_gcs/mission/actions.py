@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from aos_gcs.errors import MissionError
 from aos_gcs.mission.context import MissionContext
-from aos_gcs.mission.fleet.descents import blocks_descent, moves, stands_below
+from aos_gcs.mission.fleet.descents import refuse_landing
 from aos_gcs.mission.fleet.flight import FlightControl
 from aos_gcs.mission.fleet.joining import Order
 from aos_gcs.mission.fleet.roster import Member
@@ -19,7 +19,7 @@ from aos_gcs.mission.model.actions import ACTION_NAMES, Action, ActionRecord, Ac
 from aos_gcs.mission.model.phase import Phase, Suspension
 from aos_gcs.mission.model.vehicles import TASK_NAMES, Task
 from aos_gcs.mission.phases import ACTIONS, BEFORE_START, ENDING, ON_GROUND, check_action
-from aos_gcs.mission.resuming import check_resume, doubtful_position
+from aos_gcs.mission.resuming import check_resume, doubtful_position, not_ours
 from aos_gcs.ports import Hold, Land, ReturnToLaunch
 
 _HOLDS = "holds its position"
@@ -160,7 +160,7 @@ class ActionHandler:
         self._announce(operator, "resume")
         self._flow.resume()
         resume = _unless_taken_over(self._resume_one)
-        results = [self._result(resume, member, "is back in the swarm") for member in held]
+        results = [self._result(resume, member, self._resumed_text) for member in held]
         if self._flow.heading not in ENDING:
             for task, act, done in (
                 (Task.RETURNING, self._return_one, _RETURNS),
@@ -189,18 +189,18 @@ class ActionHandler:
         self._announce(operator, "return all")
         if not self._is_under_way():
             return await self._command_airborne(self._return_one, _RETURNS_BY_AUTOPILOT)
-        return self._go_down(Phase.RETURN, _RETURNS)
+        return await self._go_down(Phase.RETURN, _RETURNS)
 
     async def _land(self, operator: str) -> Sequence[ActionResult]:
         self._announce(operator, "land all")
         if not self._is_under_way():
             return await self._command_airborne(self._land_one, _LANDS)
-        return self._go_down(Phase.LAND, _LANDS)
+        return await self._go_down(Phase.LAND, _LANDS)
 
     async def _abort(self, operator: str) -> Sequence[ActionResult]:
         self._announce(operator, "abort")
         if self._is_under_way():
-            results = self._go_down(Phase.RETURN, _RETURNS)
+            results = await self._go_down(Phase.RETURN, _RETURNS)
         else:
             is_anyone_airborne = bool(self._context.roster.commandable())
             told = {one.vehicle_id: one for one in self._all_members("stays on the ground")}
@@ -240,16 +240,22 @@ class ActionHandler:
         self._announce(operator, "automatic focus" if focal_height_m is None else f"focus at {focal_height_m:g} m")
         return ()
 
-    def _go_down(self, phase: Phase, text: str) -> Sequence[ActionResult]:
+    async def _go_down(self, phase: Phase, text: str) -> Sequence[ActionResult]:
         self._flow.sortie.joining.call_off()
+        return_and_land = self._flow.sortie.return_and_land
+        left = return_and_land.left_alone() if self._flow.heading is phase else []
+        if phase is Phase.LAND:
+            return_and_land.land_here()
         if self._flow.heading is phase:
             self._flow.resume()
         elif self._flow.heading is Phase.LAND and self._flow.suspension is not Suspension.HELD:
             raise MissionError("Cannot return: all vehicles are landing. Hold them first.")
         else:
             self._flow.redirect(phase)
+        refusals = {member.vehicle_id: await self._go_on_down(member) for member in left}
         results = [
-            _result(member.vehicle_id, _PILOTED if member.has_pilot else None, text) for member in self._reachable()
+            _result(one.vehicle_id, _PILOTED if one.has_pilot else refusals.get(one.vehicle_id), text)
+            for one in self._reachable()
         ]
         return [*results, *self._lost_results()]
 
@@ -292,7 +298,7 @@ class ActionHandler:
         self._announce(operator, f"{action} vehicle {named}")
         done = {
             Action.PAUSE: "hovers, outside of the swarm",
-            Action.RESUME: "is back in the swarm",
+            Action.RESUME: self._resumed_text,
             Action.HOLD: _HOLDS,
             Action.LAND: _LANDS,
             Action.JOIN: "takes off and flies to the swarm",
@@ -336,15 +342,28 @@ class ActionHandler:
     async def _resume_one(self, member: Member) -> Refusal | None:
         if member.task is not Task.HELD:
             return Refusal(f"is neither paused nor held ({TASK_NAMES[member.task]})")
-        if self._flow.heading in ENDING:
-            return Refusal("the mission is returning already")
         if not member.follows_us_once_reclaimed:
-            return _not_ours(member)
+            return not_ours(member)
         if (refusal := doubtful_position(member)) is not None:
             return refusal
         member.vehicle.reclaim()
+        if self._flow.heading in ENDING:
+            return await self._go_on_down(member)
         self._context.roster.assign(member, Task.SWARM)
         return None
+
+    @property
+    def _resumed_text(self) -> str:
+        if self._flow.heading not in ENDING:
+            return "is back in the swarm"
+        return _RETURNS if self._goes_home else _LANDS
+
+    @property
+    def _goes_home(self) -> bool:
+        return self._flow.heading is Phase.RETURN or self._flow.sortie.return_and_land.goes_home
+
+    async def _go_on_down(self, member: Member) -> Refusal | None:
+        return await (self._return_one(member) if self._goes_home else self._land_one(member))
 
     async def _hold_one(self, member: Member) -> Refusal | None:
         self._vehicle_tasks.stop(member.vehicle_id)
@@ -357,14 +376,8 @@ class ActionHandler:
         return await self._flow.sortie.return_and_land.send_home(member, "ordered by the operator")
 
     async def _land_one(self, member: Member) -> Refusal | None:
-        context = self._flow.sortie.context
-        below = blocks_descent(context, member)
-        if below is not None and moves(context, member):
-            return Refusal(f"vehicle {below} is or may come below it before it stops: hold it, then land it")
-        if below is not None:
-            return Refusal(f"vehicle {below} is or may come below it: hold or return that one, or land all")
-        if (standing := stands_below(context, member)) is not None:
-            return Refusal(f"vehicle {standing} stands on the ground below it: return it")
+        if (refusal := refuse_landing(self._flow.sortie.context, member)) is not None:
+            return refusal
         self._vehicle_tasks.stop(member.vehicle_id)
         self._assign(member, Task.LANDING)
         return await self._flight.command(member, Land())
@@ -393,13 +406,6 @@ def _unless_taken_over(act: VehicleAction) -> VehicleAction:
         return Refusal(f"was taken over: {taken_over}. Resume this vehicle alone") if taken_over else await act(member)
 
     return checked
-
-
-def _not_ours(member: Member) -> Refusal:
-    state = member.state
-    if state.failsafe:
-        return Refusal(f"does not follow this station: its failsafe is active ({state.failsafe})")
-    return Refusal(f"does not follow this station: its mode is {state.mode_name or state.mode}")
 
 
 def _result(vehicle_id: int, refusal: Refusal | None, done: str) -> ActionResult:

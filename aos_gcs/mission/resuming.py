@@ -49,3 +49,11 @@ def _refusal(member: Member) -> Refusal | None:
     if (refusal := doubtful_position(member)) is not None:
         return refusal
     return Refusal(member.why_not_ours) if member.airborne and member.why_not_ours else None
+
+
+def not_ours(member: Member) -> Refusal:
+    """Return why a vehicle cannot be given back to this station, by its present mode."""
+    state = member.state
+    if state.failsafe:
+        return Refusal(f"does not follow this station: its failsafe is active ({state.failsafe})")
+    return Refusal(f"does not follow this station: its mode is {state.mode_name or state.mode}")

@@ -16,6 +16,7 @@ from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.fleet.motion import is_told_to_land, speed_mps
 from aos_gcs.mission.fleet.obstacles import stop_enu_m
 from aos_gcs.mission.fleet.roster import Member
+from aos_gcs.mission.model.actions import Refusal
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.ports import Hold
 
@@ -165,6 +166,18 @@ def stands_below(context: FlightContext, member: Member) -> int | None:
     ends_enu_m = way_enu_m[len(way_enu_m) // 2 :]
     found = (stands_near(context, member, end_enu_m[:2]) for end_enu_m in ends_enu_m)
     return next((other_id for other_id in found if other_id is not None), None)
+
+
+def refuse_landing(context: FlightContext, member: Member) -> Refusal | None:
+    """Return why a vehicle must not land where it is, and what to do instead; None if it may."""
+    below = blocks_descent(context, member)
+    if below is not None and moves(context, member):
+        return Refusal(f"vehicle {below} is or may come below it before it stops: hold it, then land it")
+    if below is not None:
+        return Refusal(f"vehicle {below} is or may come below it: hold or return that one, or land all")
+    if (standing := stands_below(context, member)) is not None:
+        return Refusal(f"vehicle {standing} stands on the ground below it: return it")
+    return None
 
 
 def stands_near(context: FlightContext, member: Member, place_m: FloatArray) -> int | None:

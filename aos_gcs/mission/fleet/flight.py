@@ -343,12 +343,18 @@ class FlightControl:
             await self._clock.sleep(_POLL_S)
 
     async def transfer(
-        self, requests: Mapping[int, NDArray[np.float64]], tasks: frozenset[Task], *, returning: bool = False
+        self,
+        requests: Mapping[int, NDArray[np.float64]],
+        tasks: frozenset[Task],
+        *,
+        returning: bool = False,
+        left_out: Callable[[int], bool] = lambda _: False,
     ) -> list[Member]:
         """Fly to far waypoints, sent again while safety shortens or holds them; return those not there in time.
 
         A waypoint in a no-go zone is replaced by the nearest place outside of it.
-        Vehicles whose task leaves ``tasks`` on the way, or that are taken over, are no longer waited for.
+        Vehicles whose task leaves ``tasks`` on the way, that are taken over, or whose ids ``left_out`` names, are no
+        longer waited for.
         """
         deadline_s = self._clock.now_s() + self._deadlines.transfer_s
         places_enu_m = {vehicle_id: self._reachable(place_enu_m) for vehicle_id, place_enu_m in requests.items()}
@@ -357,7 +363,9 @@ class FlightControl:
             return [
                 member
                 for member in self._roster.select(places_enu_m)
-                if is_ours(member, tasks) and not self.is_at(member, places_enu_m[member.vehicle_id])
+                if is_ours(member, tasks)
+                and not left_out(member.vehicle_id)
+                and not self.is_at(member, places_enu_m[member.vehicle_id])
             ]
 
         while (members := pending()) and (left_s := deadline_s - self._clock.now_s()) > 0.0:

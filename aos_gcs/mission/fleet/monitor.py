@@ -262,7 +262,8 @@ class Monitor:
         """Stop one of two vehicles that are too close, whatever it was doing; the operator resumes it."""
         self._returning().stop(member)
         self._context.roster.assign(member, Task.HELD)
-        await self._context.flight.command(member, Hold())
+        member.safety_hold = Hold()
+        await self._context.flight.command(member, member.safety_hold)
 
     async def _hold_found(self, member: Member) -> None:
         """Hold a vehicle that was found in the air after an operator's hold of all."""

@@ -45,6 +45,10 @@ class ReturnAndLand:
         """Time since which a vehicle hovers at the end of its autopilot's own return, by id."""
         self.is_for_all = False
         """Whether the whole swarm returns or lands, so that no vehicle does so on its own."""
+        self.goes_home = False
+        """Whether the whole swarm returns, also while it lands behind that; not where it is to land where it is."""
+        self._left_at_order: dict[int, Command] = {}
+        """Hold by which an operator has stopped a vehicle on its way down, as reported, by id."""
         self.is_landing_all = False
         """Whether the whole swarm is landed now, so that no landing is repeated on its own."""
 
@@ -63,12 +67,13 @@ class ReturnAndLand:
         """
         context = self._context
         self._take_over_all()
+        self.goes_home = True
         context.journal.set_message("Returning: flying home in the altitude layers.")
         await self._land_in_launch_columns()
         to_fly = [m for m in self._still_flying() if not m.position_doubt_m and not is_told_to_land(m)]
         for member in (able := [member for member in to_fly if self._can_fly_home(member)]):
             context.roster.assign(member, Task.RETURNING)
-        await self._fly_above_home(able)
+        await self._fly_above_home(able, left_out=self._vehicle_tasks.is_running)
         await self._return_held()
         if any(self._can_fly_home(member) for member in self._astray()):
             await self._land_in_turn()
@@ -89,12 +94,15 @@ class ReturnAndLand:
 
     async def _land_all(self) -> Phase:
         context = self._context
-        self._take_over_all()
+        self.is_for_all = True
+        if not self.goes_home:
+            self._vehicle_tasks.stop_all()
         context.journal.set_message("Landing.")
-        await self._land_in_launch_columns()
-        await clear_columns(context, to_clear(context))
+        left = self.left_alone() if self.goes_home else []
+        await self._land_in_launch_columns(left)
+        await clear_columns(context, [member for member in to_clear(context) if member not in left])
         for member in self._still_flying():
-            if member.obeys_return:
+            if member.obeys_return and not (self.goes_home and member in self.left_alone()):
                 context.roster.assign(member, Task.LANDING)
         report_pilots(context, self._still_flying())
         await self._bring_down()
@@ -103,9 +111,34 @@ class ReturnAndLand:
         report_landings(context, self._not_landed())
         return Phase.DONE
 
-    async def _land_in_launch_columns(self) -> None:
+    def land_here(self) -> None:
+        """Note that all vehicles are to land where they are, whatever was ordered before."""
+        self.goes_home = False
+
+    def left_alone(self) -> list[Member]:
+        """Return the vehicles that do not come down with the others: held by an operator, or on ways of their own."""
+        return [member for member in self._still_flying() if self._is_left_alone(member)]
+
+    def _is_left_alone(self, member: Member) -> bool:
+        is_held = member.task is Task.HELD and member.is_held_by_order and member.follows_us
+        return member.airborne and (is_held or self.is_busy(member))
+
+    def _report_held(self) -> bool:
+        """Report the vehicles that the landing of all waits for; return whether there are any."""
+        left = self.left_alone()
+        held = {one.vehicle_id: one.last_command for one in left if one.last_command and not self.is_busy(one)}
+        for vehicle_id, hold in held.items():
+            if self._left_at_order.get(vehicle_id) is not hold:
+                text = "hovers, as an operator has ordered: resume, return or land it"
+                self._context.journal.notice(Severity.WARNING, text, vehicle_id)
+        self._left_at_order = held
+        waiting = ", ".join(str(member.vehicle_id) for member in left)
+        self._context.journal.set_message(f"Landing: waiting for vehicle {waiting}." if left else "Landing.")
+        return bool(left)
+
+    async def _land_in_launch_columns(self, left: Sequence[Member] = ()) -> None:
         """Land the vehicles that have not left the columns above their launch points; others climb and fly home."""
-        low = in_launch_columns(self._context)
+        low = [member for member in in_launch_columns(self._context) if member not in left]
         for member in low:
             self._context.roster.assign(member, Task.LANDING)
         await self._context.flight.command_each(low, lambda _: Land())
@@ -121,12 +154,15 @@ class ReturnAndLand:
         again_s = min(land_s / _LAND_ATTEMPTS, context.settings.deadlines.command_s + REPEAT_S)
         commanded_at_s: dict[int, float] = {}
         while self._not_landed() and now_s() - began_s < land_s:
+            if self._report_held():
+                began_s = now_s()
             due = []
             for member in self._still_flying():
                 # Motors that run on after the touchdown stop by themselves, as a rule.
                 is_new = member.airborne or not commanded_at_s
                 last_s = commanded_at_s.get(member.vehicle_id, -math.inf if is_new else began_s)
-                if now_s() - last_s >= again_s and self._waits_for_us(member):
+                is_due = now_s() - last_s >= again_s and not self._is_left_alone(member)
+                if is_due and self._waits_for_us(member):
                     due.append(member)
             commanded_at_s |= dict.fromkeys((member.vehicle_id for member in due), now_s())
             await context.flight.command_each(due, self._down)
@@ -234,10 +270,10 @@ class ReturnAndLand:
     async def _return_held(self) -> None:
         """Fly vehicles home that were held on their way, such as for the separation, once the others are there."""
         await self._until_located(self._context.roster.members(Task.HELD))
-        held = [m for m in self._context.roster.members(Task.HELD) if self._can_fly_home(m)]
+        held = [m for m in self._context.roster.members(Task.HELD) if self._can_fly_home(m) and not m.is_held_by_order]
         for member in held:
             self._context.roster.assign(member, Task.RETURNING)
-        await self._fly_above_home(held)
+        await self._fly_above_home(held, left_out=self._vehicle_tasks.is_running)
 
     async def _until_located(self, members: Sequence[Member]) -> None:
         """Wait while positions are in doubt: from there, the vetted path would be another one in the air."""
@@ -284,7 +320,9 @@ class ReturnAndLand:
 
     def _astray(self) -> list[Member]:
         """Return the airborne vehicles that are not above their landing places."""
-        return [member for member in self._still_flying() if member.airborne and self._is_astray(member)]
+        left = self.left_alone()
+        flying = [member for member in self._still_flying() if member.airborne and member not in left]
+        return [member for member in flying if self._is_astray(member)]
 
     def _still_flying(self) -> list[Member]:
         return [
@@ -320,17 +358,23 @@ class ReturnAndLand:
         is_there = place_enu_m is not None and self._context.flight.is_at(member, place_enu_m)
         return member.obeys_return and not is_there and not is_told_to_land(member)
 
-    async def _fly(self, members: list[Member], place_of: Callable[[Member], NDArray[np.float64] | None]) -> None:
+    async def _fly(
+        self,
+        members: list[Member],
+        place_of: Callable[[Member], NDArray[np.float64] | None],
+        left_out: Callable[[int], bool] = lambda _: False,
+    ) -> None:
         requests = {m.vehicle_id: place_enu_m for m in members if (place_enu_m := place_of(m)) is not None}
-        await self._context.flight.transfer(requests, frozenset({Task.RETURNING}), returning=True)
+        tasks = frozenset({Task.RETURNING})
+        await self._context.flight.transfer(requests, tasks, returning=True, left_out=left_out)
 
-    async def _fly_above_home(self, members: list[Member]) -> None:
+    async def _fly_above_home(self, members: list[Member], left_out: Callable[[int], bool] = lambda _: False) -> None:
         """Fly vehicles straight up or down into their layers, then above landing places where nobody stands."""
-        await self._fly(members, self._climb)
+        await self._fly(members, self._climb, left_out)
         for member in members:
             if member.task is Task.RETURNING:
                 self._places.leave_occupied(member)
-        await self._fly(members, self._above_home)
+        await self._fly(members, self._above_home, left_out)
 
     def _climb(self, member: Member) -> NDArray[np.float64] | None:
         roster = self._context.roster

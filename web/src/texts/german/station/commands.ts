@@ -17,7 +17,6 @@ export const commands: readonly StationText[] = [
   ["flies the mission", "fliegt die Mission"],
   ["starts", "startet"],
   ["may take off once, to relieve another vehicle", "darf einmal starten, um eine andere abzulösen"],
-  ["the mission is returning already", "die Mission ist schon auf dem Rückflug"],
   ["Cannot launch: {reason}.", "Starten nicht möglich: {reason}."],
   ["preflight has not passed yet", "Die Vorflugkontrolle ist noch nicht bestanden"],
   ["the mission has started already", "Die Mission hat schon begonnen"],

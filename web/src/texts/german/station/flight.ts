@@ -73,6 +73,10 @@ export const flight: readonly StationText[] = [
     "hat die Landung nicht begonnen: Sie wird erneut dazu angewiesen, bis sie landet",
   ],
   ["vehicle {id} stands on the ground below it", "Drohne {id} steht unter ihr am Boden"],
+  [
+    "hovers, as an operator has ordered: resume, return or land it",
+    "schwebt auf Anweisung eines Bedieners: fortsetzen, zurückholen oder landen",
+  ],
   ["returns on its own: {reason}", "kehrt allein zurück: {reason}"],
   [
     "returns by its autopilot, at the autopilot's own height",

@@ -47,6 +47,7 @@ export const mission: readonly StationText[] = [
   ["Returning: flying home in the altitude layers.", "Rückflug in den Höhenebenen."],
   ["Landing.", "Landung."],
   ["Landing: stopping first.", "Landung: Die Drohnen halten zuerst an."],
+  ["Landing: waiting for vehicle {ids}.", "Landung: Warten auf Drohne {ids}."],
   ["Landing: moving apart first.", "Landung: Die Drohnen fliegen erst auseinander."],
   ["Held: all vehicles stop where they are.", "Gehalten: Alle Drohnen bleiben, wo sie sind."],
   ["Aborted: airborne vehicles return on their own.", "Abgebrochen: Drohnen in der Luft kehren selbst zurück."],
