@@ -31,8 +31,12 @@ def plan_aperture(
         ),
     ] = 0.95,
     layer_spacing: Annotated[
-        float, typer.Option(metavar="M", help="Vertical distance of two vehicles, metres; 0: all at one altitude.")
-    ] = 2.0,
+        float | None,
+        typer.Option(
+            metavar="M",
+            help="Vertical distance of two vehicles, metres; 0: all at one altitude (default: that of missions).",
+        ),
+    ] = None,
     drones: Annotated[int | None, typer.Option(help="Number of vehicles; default: as many as proposed.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the proposal as one JSON object.")] = False,
 ) -> None:
@@ -41,6 +45,7 @@ def plan_aperture(
     The statistics assume occluders of one size at random places; docs/research/imaging.md compares them with forests.
     """
     from aos_gcs.imaging import aperture  # noqa: PLC0415 - keeps the other commands' help fast
+    from aos_gcs.planning.settings import FlightSettings  # noqa: PLC0415 - the same
 
     plan = aperture.plan_aperture(
         altitude_m=altitude,
@@ -50,7 +55,7 @@ def plan_aperture(
         occluder_size_m=occluder_size,
         occlusion=occlusion,
         saturation=saturation,
-        layer_spacing_m=layer_spacing,
+        layer_spacing_m=FlightSettings().layer_spacing_m if layer_spacing is None else layer_spacing,
         drones=drones,
     )
     if as_json:

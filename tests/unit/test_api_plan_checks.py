@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any
@@ -139,3 +140,23 @@ async def test_a_check_that_runs_out_of_memory_is_refused_in_words(
     answer = await client.post("/api/plan/check", json=PLAN)
     assert answer.status_code == 422
     assert "more memory than the station has" in answer.json()["message"]
+
+
+async def test_a_proposed_geofence_may_have_more_corners_than_one_that_is_sent(
+    client: httpx.AsyncClient, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("aos_gcs.api.convert.plans.homes", lambda *_: {})
+    angles = [math.tau * index / 490 for index in range(490)]
+    area = [
+        {
+            "latitude_deg": ORIGIN.latitude_deg + SIDE_DEG * math.cos(angle),
+            "longitude_deg": ORIGIN.longitude_deg + SIDE_DEG * math.sin(angle),
+        }
+        for angle in angles
+    ]
+    answer = await client.post("/api/plan/check", json=PLAN | {"area": area})
+    assert answer.status_code == 200
+    fence = answer.json()["fence"]
+    assert len(fence) > 500
+    sent = await client.post("/api/plan/check", json=PLAN | {"area": area, "fence": fence})
+    assert sent.status_code == 422

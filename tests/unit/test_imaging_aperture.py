@@ -19,6 +19,7 @@ from aos_gcs.imaging.aperture import (
     seen_at_least_once,
     smallest_spacing_m,
 )
+from aos_gcs.planning.settings import FlightSettings
 from aos_sim.render import Renderer
 from aos_sim.render.raycaster import RayCaster
 from aos_sim.world.scene import SceneParameters, build_scene
@@ -173,3 +174,5 @@ def test_the_command_prints_json(capsys: pytest.CaptureFixture[str]) -> None:
     plan = json.loads(capsys.readouterr().out)
     assert plan["drones"] == len(plan["layers_m"]) == 6
     assert len(plan["reasons"]) == 3
+    low_m, high_m, *_ = plan["layers_m"]
+    assert high_m - low_m == FlightSettings().layer_spacing_m, "as missions fly"

@@ -192,7 +192,9 @@ class PlanReportModel(WireModel):
     estimate: PlanEstimateModel | None = Field(description="Null while a problem is blocking.")
     profile: list[LegProfileModel] = Field(description="Profile of each leg; empty while a shape or number is wrong.")
     canopy_height_m: float | None = Field(description="Height of the canopy above the ground, where the plan has one.")
-    fence: PolygonModel = Field(description="Geofence: the plan's, or the one proposed; empty while it has no area.")
+    fence: list[PlaceModel] = Field(
+        description="Geofence: the plan's, or the one proposed, of any number of corners; empty without area."
+    )
     layers_m: list[float] = Field(description="Height of each vehicle's layer.")
     stopping_distance: str = Field(description="Geofence margin where the plan gives none, and how it is made up.")
 

@@ -2514,7 +2514,7 @@ export interface components {
       estimate: components["schemas"]["PlanEstimateModel"] | null;
       /**
        * Fence
-       * @description Geofence: the plan's, or the one proposed; empty while it has no area.
+       * @description Geofence: the plan's, or the one proposed, of any number of corners; empty without area.
        */
       fence: components["schemas"]["PlaceModel"][];
       /** Flyable */
