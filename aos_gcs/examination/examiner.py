@@ -136,14 +136,10 @@ class Examiner:
         total, left_out = self._counted()
         seen = await asyncio.to_thread(seen_ground, self._work.survey.images, self._work.surface, self._work.ground_m)
         share = (await asyncio.to_thread(examined_ground, seen, self._took_part())).share
-        text = f"{total - len(left_out)} of {total} pictures examined: {found}{self._limits(seen, share)}"
-        many = ""
-        if len(left_out) > _MANY * total:
-            name, reason = left_out[0]
-            many = f"{len(left_out)} of {total} pictures are left out; {name}: {reason.removesuffix('.')}."
-            text += f" {many}"
-        if self._work.survey.warnings:
-            text += " Read the warnings about heights first."
+        result = f"{total - len(left_out)} of {total} pictures examined: {found}{self._limits(seen, share)}"
+        many = _many_left_out(total, left_out)
+        warnings = "Read the warnings about heights first." if self._work.survey.warnings else ""
+        text = " ".join(filter(None, (result, many, warnings)))
         await self._recorder.record_outcome(OutcomeRecord(self._clock.utc_s(), outcome, {"images": images}))
         await mission.notice(Severity.INFO, text)
         await mission.update(phase=Phase.DONE, outcome=outcome, message=text)
@@ -365,3 +361,11 @@ def _utc_s(image: SurveyImage) -> float:
     """Return the time of exposure; 0 where it is not known, or of a clock that does not tell the date."""
     taken_at_s = image.taken_at_s
     return taken_at_s if taken_at_s is not None and 0.0 <= taken_at_s <= MAX_UTC_S else 0.0
+
+
+def _many_left_out(total: int, left_out: Sequence[tuple[str, str]]) -> str:
+    """Return how many of the pictures are left out, and why the first one is; empty where they are few."""
+    if len(left_out) <= _MANY * total:
+        return ""
+    name, reason = left_out[0]
+    return f"{len(left_out)} of {total} pictures are left out; {name}: {reason.removesuffix('.')}."

@@ -20,6 +20,7 @@ from aos_gcs.mission.model.phase import Phase, Suspension
 from aos_gcs.mission.model.vehicles import TASK_NAMES, Task
 from aos_gcs.mission.phases import ACTIONS, BEFORE_START, ENDING, ON_GROUND, check_action
 from aos_gcs.mission.resuming import check_resume, doubtful_position, not_ours
+from aos_gcs.mission.vehicle_actions import PILOTED, VehicleAction, result, unless_piloted, unless_taken_over
 from aos_gcs.ports import Hold, Land, ReturnToLaunch
 
 _HOLDS = "holds its position"
@@ -27,14 +28,10 @@ _LANDS = "lands where it is"
 _RETURNS = "returns to its launch point"
 _RETURNS_BY_AUTOPILOT = "returns by its autopilot, at the autopilot's own height"
 _LOST = Refusal("link lost: it cannot be reached")
-_PILOTED = Refusal("flown by its pilot")
 _NOT_FLYING = Refusal("is not flying")
 _CONFIRMATIONS = frozenset({Action.READY, Action.NOT_READY})
 _MOVE_NONE = _CONFIRMATIONS | {Action.HOLD, Action.FOCUS, Action.OVERRIDE, Action.CHOOSE}
 """Actions that a hold of all outlasts."""
-
-VehicleAction = Callable[[Member], Awaitable[Refusal | None]]
-"""Has a vehicle do something; returns why it does not."""
 
 
 class ActionHandler:
@@ -136,7 +133,7 @@ class ActionHandler:
         settings = self._flow.sortie.context.settings
         self._flow.follow_plan(replace(settings, vehicles=len(chosen), vehicle_ids=chosen))
         self._announce(operator, f"vehicles {', '.join(map(str, chosen))} fly the mission")
-        return tuple(_result(vehicle_id, None, "flies the mission") for vehicle_id in chosen)
+        return tuple(result(vehicle_id, None, "flies the mission") for vehicle_id in chosen)
 
     async def _start(self, operator: str) -> Sequence[ActionResult]:
         self._announce(operator, "start")
@@ -159,7 +156,7 @@ class ActionHandler:
             check_resume(roster, self._flow.sortie.context.settings.fewest_vehicles)
         self._announce(operator, "resume")
         self._flow.resume()
-        resume = _unless_taken_over(self._resume_one)
+        resume = unless_taken_over(self._resume_one)
         results = [self._result(resume, member, self._resumed_text) for member in held]
         if self._flow.heading not in ENDING:
             for task, act, done in (
@@ -167,7 +164,7 @@ class ActionHandler:
                 (Task.LANDING, self._land_one, _LANDS),
             ):
                 stopped = [member for member in roster.members(task) if isinstance(member.last_command, Hold)]
-                results += [self._result(_unless_piloted(act), member, done) for member in stopped]
+                results += [self._result(unless_piloted(act), member, done) for member in stopped]
         return await asyncio.gather(*results)
 
     async def _hold(self, operator: str) -> Sequence[ActionResult]:
@@ -254,23 +251,23 @@ class ActionHandler:
             self._flow.redirect(phase)
         refusals = {member.vehicle_id: await self._go_on_down(member) for member in left}
         results = [
-            _result(one.vehicle_id, _PILOTED if one.has_pilot else refusals.get(one.vehicle_id), text)
+            result(one.vehicle_id, PILOTED if one.has_pilot else refusals.get(one.vehicle_id), text)
             for one in self._reachable()
         ]
         return [*results, *self._lost_results()]
 
     def _all_members(self, text: str) -> Sequence[ActionResult]:
-        return [*(_result(member.vehicle_id, None, text) for member in self._reachable()), *self._lost_results()]
+        return [*(result(member.vehicle_id, None, text) for member in self._reachable()), *self._lost_results()]
 
     def _lost_results(self) -> list[ActionResult]:
         """Return the lost vehicles as refused: an action on all has not reached them."""
         lost = self._context.roster.members(Task.LOST)
-        return [_result(member.vehicle_id, _LOST, "") for member in lost if not member.is_reachable]
+        return [result(member.vehicle_id, _LOST, "") for member in lost if not member.is_reachable]
 
     async def _command_airborne(self, act: VehicleAction, done: str) -> Sequence[ActionResult]:
         """Have all airborne vehicles do something at the same time, except those that a pilot flies."""
         members, lost = self._context.roster.commandable(), self._lost_results()
-        results = await asyncio.gather(*(self._result(_unless_piloted(act), member, done) for member in members))
+        results = await asyncio.gather(*(self._result(unless_piloted(act), member, done) for member in members))
         return [*results, *lost]
 
     def _is_under_way(self) -> bool:
@@ -306,7 +303,7 @@ class ActionHandler:
         if action is Action.JOIN:
             # One after another: each takes a layer, and the column above its launch point.
             join, order = self._flow.sortie.joining.join, self._join_order()
-            return tuple([_result(member.vehicle_id, await join(member, order), done) for member in members])
+            return tuple([result(member.vehicle_id, await join(member, order), done) for member in members])
         return tuple(await asyncio.gather(*(self._result(self._on_one[action], member, done) for member in members)))
 
     def _join_order(self) -> Order:
@@ -323,14 +320,14 @@ class ActionHandler:
         self._announce(operator, f"vehicle {named} {'is' if is_ready else 'is not'} ready to relieve others")
         done = "may take off once, to relieve another vehicle" if is_ready else "stays on the ground"
         confirm = self._flow.sortie.relay.confirm
-        return tuple(_result(one.vehicle_id, confirm(one, is_ready=is_ready), done) for one in members)
+        return tuple(result(one.vehicle_id, confirm(one, is_ready=is_ready), done) for one in members)
 
     async def _result(self, act: VehicleAction, member: Member, done: str) -> ActionResult:
         if not member.is_reachable:
-            return _result(member.vehicle_id, _LOST, done)
+            return result(member.vehicle_id, _LOST, done)
         if not self._context.roster.may_fly(member):
-            return _result(member.vehicle_id, _NOT_FLYING, done)
-        return _result(member.vehicle_id, await act(member), done)
+            return result(member.vehicle_id, _NOT_FLYING, done)
+        return result(member.vehicle_id, await act(member), done)
 
     async def _pause_one(self, member: Member) -> Refusal | None:
         if member.task is not Task.SWARM:
@@ -389,24 +386,3 @@ class ActionHandler:
 
     def _announce(self, operator: str, text: str) -> None:
         self._context.journal.operator_notice(operator, text)
-
-
-def _unless_piloted(act: VehicleAction) -> VehicleAction:
-    async def checked(member: Member) -> Refusal | None:
-        return _PILOTED if member.has_pilot else await act(member)
-
-    return checked
-
-
-def _unless_taken_over(act: VehicleAction) -> VehicleAction:
-    """Have an action on all skip vehicles that were taken over: they are given back one by one."""
-
-    async def checked(member: Member) -> Refusal | None:
-        taken_over = member.taken_over
-        return Refusal(f"was taken over: {taken_over}. Resume this vehicle alone") if taken_over else await act(member)
-
-    return checked
-
-
-def _result(vehicle_id: int, refusal: Refusal | None, done: str) -> ActionResult:
-    return ActionResult(vehicle_id, accepted=refusal is None, text=done if refusal is None else refusal.text)

@@ -58,7 +58,7 @@ async def test_all_that_move_stop_before_they_land_and_move_apart_where_they_hav
 
 
 async def test_the_way_to_the_stop_of_a_vehicle_that_lands_is_kept_free_below() -> None:
-    """It comes down anywhere on that way, and ends at the place where it stops."""
+    """The vehicle comes down anywhere on that way, and ends at the place where it stops."""
     async with paused() as swarm:
         await swarm.fly(1, -8.0, 40.0)
         await swarm.fly(3, 0.0, 20.0)

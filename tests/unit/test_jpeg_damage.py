@@ -48,7 +48,7 @@ def test_whole_pictures_are_not_damaged(name: str, quality: int, options: dict[s
 
 
 def test_zeros_that_are_black_ground_are_no_damage() -> None:
-    """Where the shortest codes are those of an even block, a black picture is a long run of zeros."""
+    """A black picture is a long run of zeros where the shortest codes are those of an even block."""
     picture = coded(np.zeros((1500, 2000)), colour=False, optimize=True)
     assert bytes(2 * LEAST_RUN_BYTES) in picture[-4000:]
     assert not is_damaged(picture)
