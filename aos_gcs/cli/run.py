@@ -140,8 +140,8 @@ async def _fly_sortie(
         await asyncio.to_thread(typer.echo, f"{snapshot.outcome}: {snapshot.message} Recorded in {service.folder}.")
         if stay:
             following_it = await stay_up(service)
-        elif service.mission.is_any_flying:
-            text = "A vehicle still flies. The heartbeat goes on until it has landed, or Ctrl-C."
+        elif service.mission.may_any_fly:
+            text = "A vehicle still flies, or may. The heartbeat goes on until it has landed, or Ctrl-C."
             await asyncio.to_thread(typer.echo, text, err=True)
             await service.stay(until_landed=True)
     return snapshot.outcome, following_it

@@ -239,10 +239,9 @@ class ActionHandler:
 
     async def _go_down(self, phase: Phase, text: str) -> Sequence[ActionResult]:
         self._flow.sortie.joining.call_off()
-        return_and_land = self._flow.sortie.return_and_land
-        left = return_and_land.left_alone() if self._flow.heading is phase else []
+        left = self._flow.sortie.return_and_land.left_alone() if self._flow.heading is phase else []
         if phase is Phase.LAND:
-            return_and_land.land_here()
+            self._flow.sortie.return_and_land.land_here()
         if self._flow.heading is phase:
             self._flow.resume()
         elif self._flow.heading is Phase.LAND and self._flow.suspension is not Suspension.HELD:
@@ -369,6 +368,7 @@ class ActionHandler:
 
     async def _return_one(self, member: Member) -> Refusal | None:
         if not self._is_under_way():
+            self._vehicle_tasks.stop(member.vehicle_id)
             return await self._flight.command(member, ReturnToLaunch())
         return await self._flow.sortie.return_and_land.send_home(member, "ordered by the operator")
 

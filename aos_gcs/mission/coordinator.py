@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Mapping
-from contextlib import suppress
 
 import numpy as np
 
@@ -15,7 +14,7 @@ from aos_gcs.mission.auto_start import AutoStart
 from aos_gcs.mission.command_order import MAX_AGE_S, CommandOrder
 from aos_gcs.mission.commands import LiveCommands
 from aos_gcs.mission.context import MissionContext
-from aos_gcs.mission.fleet.launch_columns import in_launch_columns
+from aos_gcs.mission.fleet.afterwards import is_any_heard_flying, may_any_hover_unheard, send_all_home
 from aos_gcs.mission.fleet.monitor import Monitor
 from aos_gcs.mission.fleet.return_heights import ReturnHeights
 from aos_gcs.mission.fleet.roster import Roster
@@ -38,10 +37,8 @@ from aos_gcs.mission.sortie import Sortie
 from aos_gcs.mission.take_up import TakeUp
 from aos_gcs.mission.views import LiveView
 from aos_gcs.planning.settings import MissionSettings
-from aos_gcs.ports import Clock, Fleet, Land, ReturnToLaunch, Severity, ThreadWorker, Worker
+from aos_gcs.ports import Clock, Fleet, Severity, ThreadWorker, Worker
 
-_FAREWELL_S = 5.0
-"""Time limit for sending vehicles home when a mission is torn down, real seconds."""
 _STAY_POLL_S = 0.5
 
 
@@ -257,7 +254,7 @@ class Coordinator:
         """Go on after the end: our heartbeat is sent, and what still flies is monitored and can be brought down.
 
         Args:
-            until_landed: return when no vehicle heard flies any more; else it goes on until cancelled.
+            until_landed: return when no vehicle flies any more, as far as is known; else it goes on until cancelled.
 
         Returns:
             What the sortie that an operator has asked for begins with; None if nobody has.
@@ -265,7 +262,11 @@ class Coordinator:
         context = self._context
         async with asyncio.TaskGroup() as group:
             pulse = group.create_task(context.loop_monitor.run(context.journal.note_stall))
-            while self.is_any_flying or not (until_landed or self._is_renewed.is_set()):
+            while (
+                self.is_any_flying
+                or (until_landed and self.may_any_fly)
+                or not (until_landed or self._is_renewed.is_set())
+            ):
                 if self.is_any_flying:
                     await self._monitor_until_landed()
                 await context.clock.sleep(_STAY_POLL_S)
@@ -281,9 +282,12 @@ class Coordinator:
     @property
     def is_any_flying(self) -> bool:
         """Whether a vehicle that is heard flies."""
-        roster, lost_s = self._context.roster, self.sortie.context.settings.deadlines.lost_s
-        ages_s = [roster.link_age_s(member) for member in roster.members() if member.airborne]
-        return any(age_s is not None and age_s <= lost_s for age_s in ages_s)
+        return is_any_heard_flying(self._context.roster, self.sortie.context.settings.deadlines.lost_s)
+
+    @property
+    def may_any_fly(self) -> bool:
+        """Whether a vehicle that is heard flies, or one that is lost may hover: it can be heard again."""
+        return self.is_any_flying or may_any_hover_unheard(self._context.roster)
 
     async def _monitor_until_landed(self) -> None:
         async with asyncio.TaskGroup() as group:
@@ -333,6 +337,7 @@ class Coordinator:
             self._context.journal.start_timing()
         if phase is Phase.DONE:
             self._settle(Outcome.NOT_FOUND)
+            self._monitor.end()
         self._context.journal.notice(Severity.INFO, PHASE_NAMES[phase])
 
     def _settle(self, outcome: Outcome) -> None:
@@ -356,20 +361,11 @@ class Coordinator:
         """Send home the vehicles that still fly under our command, and close the record whatever comes of it."""
         try:
             if self.phase is not Phase.DONE:
-                await self._send_all_home()
+                await send_all_home(self.sortie.context)
             await self._return_heights.restore()
         finally:
             await self._ground.finish()
             await self._close_record()
-
-    async def _send_all_home(self) -> None:
-        context = self.sortie.context
-        left = [member for member in context.roster.airborne() if member.follows_us]
-        low = in_launch_columns(context)
-        with suppress(TimeoutError):
-            async with asyncio.timeout(_FAREWELL_S):
-                # An autopilot's own return would climb first.
-                await context.flight.command_each(left, lambda member: Land() if member in low else ReturnToLaunch())
 
     async def _close_record(self) -> None:
         context = self._context

@@ -49,20 +49,26 @@ class LinkWatch:
         self._doubt_s: dict[int, float] = {}
         """Time for which the link of each lost vehicle has to be good."""
 
-    def look(self, member: Member, lost_s: float) -> None:
-        """Note whether a vehicle is heard; ``lost_s`` is the silence after which it is lost."""
+    def look(self, member: Member, lost_s: float, *, is_over: bool = False) -> None:
+        """Note whether a vehicle is heard.
+
+        Args:
+            member: the vehicle.
+            lost_s: silence after which it is lost.
+            is_over: the mission has ended: there is no swarm that it could go on in.
+        """
         heard_at_s, age_s = member.state.heard_at_s, self._roster.link_age_s(member)
         if heard_at_s is None or age_s is None:
             return
         if age_s > lost_s and member.task in FLYING:
             self._lose(member, heard_at_s, age_s)
         elif member.task is Task.LOST:
-            self._watch_lost(member, heard_at_s, age_s)
+            self._watch_lost(member, heard_at_s, age_s, is_over=is_over)
         elif member.heard_again_at_s is not None:  # an operator has commanded it meanwhile
             self._end_loss(member)
             self._journal.notice(Severity.WARNING, "link restored", member.vehicle_id)
 
-    def _watch_lost(self, member: Member, heard_at_s: float, age_s: float) -> None:
+    def _watch_lost(self, member: Member, heard_at_s: float, age_s: float, *, is_over: bool) -> None:
         """Give a lost vehicle its task again once it has been heard for long enough."""
         vehicle_id = member.vehicle_id
         if age_s > _GAP_S or not self._reports_its_mode(member):
@@ -72,7 +78,7 @@ class LinkWatch:
         elif heard_at_s - member.heard_again_at_s >= self._doubt_s[vehicle_id]:
             silent_s = member.heard_again_at_s - self._silent_since_s[vehicle_id]
             self._end_loss(member)
-            self._hear_again(member, silent_s)
+            self._hear_again(member, silent_s, is_over=is_over)
 
     def _end_loss(self, member: Member) -> None:
         member.heard_again_at_s = None
@@ -101,12 +107,20 @@ class LinkWatch:
         reported_at_s = member.state.armed_at_s
         return reported_at_s is not None and reported_at_s > self._silent_since_s[member.vehicle_id]
 
-    def _hear_again(self, member: Member, silent_s: float) -> None:
+    def _hear_again(self, member: Member, silent_s: float, *, is_over: bool) -> None:
         """Give a vehicle its task again; it rejoins only where nothing else can have flown it meanwhile."""
         task, severity, text = member.task_when_heard_again, Severity.WARNING, "link restored"
         if task is Task.SWARM and not member.follows_us:
             task, severity = Task.HELD, Severity.CRITICAL
             text += f", but it left the swarm: {member.why_not_ours}. It is left alone until it is resumed"
+        elif is_over and task is Task.HELD and member.is_held_by_order:
+            severity = Severity.CRITICAL
+            text += (
+                f" after {silent_s:.0f} s: it hovers, as an operator has ordered, and the mission is over. Return it"
+            )
+        elif is_over and task in {Task.SWARM, Task.HELD} and member.follows_us:
+            task = Task.HELD
+            text += f" after {silent_s:.0f} s: the mission is over, so it is led home"
         elif task is Task.SWARM and silent_s > REJOIN_S:
             task = Task.HELD
             text += f" after {silent_s:.0f} s: it waits outside of the swarm. Resume it, or return it"

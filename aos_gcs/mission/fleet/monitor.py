@@ -24,7 +24,7 @@ from aos_gcs.mission.fleet.standing_hold import StandingHold
 from aos_gcs.mission.fleet.way_watch import WayWatch
 from aos_gcs.mission.health import CatchingUp, Punctuality
 from aos_gcs.mission.model.vehicles import Task
-from aos_gcs.ports import Hold, Land, Severity
+from aos_gcs.ports import Hold, Land, ReturnToLaunch, Severity
 
 _PERIOD_S = 0.1
 _SNAPSHOT_PERIOD_S = 0.2
@@ -68,6 +68,7 @@ class Monitor:
         self._condition = ConditionWatch(context.roster, context.clock, context.journal)
         self._jumps = JumpWatch(context.clock, context.journal)
         self._catching_up = CatchingUp()
+        self._is_over = False
         self._all_lost_since_s: float | None = None
         self._stopped_at_s: dict[int, float] = {}
         """Time since which a vehicle reports stopped motors without reporting that it landed, by id; then infinite."""
@@ -85,6 +86,10 @@ class Monitor:
         """The smallest 3-D distance measured between two vehicles in the air so far."""
         return self._proximity.min_separation_m
 
+    def end(self) -> None:
+        """Note that the mission is over: whoever is in the air then, or is heard again, is led home on its own."""
+        self._is_over, self._returning().is_for_all = True, False
+
     async def run(self) -> None:
         """Watch until cancelled."""
         loop = asyncio.get_running_loop()
@@ -98,7 +103,7 @@ class Monitor:
                 self._watch_altitudes()
                 for member in self._context.roster.members():
                     if not is_catching_up:
-                        self._links.look(member, self._context.settings.deadlines.lost_s)
+                        self._links.look(member, self._context.settings.deadlines.lost_s, is_over=self._is_over)
                     self._watch_landing(member)
                     member.turn.look(member.state.heading_rad, self._context.clock.now_s())
                     self._measure_battery(member)
@@ -200,15 +205,25 @@ class Monitor:
         return reason
 
     def _why_home(self, member: Member) -> str | None:
+        if self._is_over and self._is_told_down(member):
+            return None
         if member.task is Task.RETURNING and not member.is_held_by_order:
             return None if self._returning().is_for_all else "it has not arrived yet"
         if member.task not in {Task.SWARM, Task.HELD, Task.JOINING, Task.RETURNING}:
             return None
+        if self._is_over and member.task is Task.HELD and not member.is_held_by_order:
+            return "the mission is over"
         # A hold by order, also one of all on their ways home, does not outlast the battery.
         problem = self._battery_problem(member)
         if member.task is not Task.RETURNING:
             member.left_for_battery = problem or ""
         return self._wrong_altitudes.get(member.vehicle_id) or problem
+
+    def _is_told_down(self, member: Member) -> bool:
+        """Return whether telemetry may not show yet that a vehicle was told to land or to return by its autopilot."""
+        told_s = self._context.clock.now_s() - member.sent_at_s
+        is_recent = told_s < self._context.settings.deadlines.command_s + REPEAT_S
+        return isinstance(member.last_command, Land | ReturnToLaunch) and is_recent
 
     def _must_land_again(self, member: Member) -> bool | None:
         """Return whether the landing of a vehicle has to be repeated for the first time; None if not at all now."""

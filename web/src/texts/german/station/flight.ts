@@ -87,6 +87,7 @@ export const flight: readonly StationText[] = [
     "vom Piloten geflogen (Modus {mode}): Der Pilot muss sie landen",
   ],
   ["held: vehicle {other} is or may come below it", "gehalten: Drohne {other} ist oder kommt eventuell unter sie"],
+  ["the mission is over", "die Mission ist beendet"],
   ["it has not arrived yet", "sie ist noch nicht angekommen"],
   [
     "its battery has not been reported for {silence} s, last at {battery}",

@@ -87,6 +87,14 @@ export const mission: readonly StationText[] = [
   ],
   ["link restored", "Funk wieder da"],
   ["link restored{how}", "Funk wieder da{how}"],
+  [
+    " after {silent} s: the mission is over, so it is led home",
+    " nach {silent} s: Die Mission ist beendet, sie wird nach Hause geführt",
+  ],
+  [
+    " after {silent} s: it hovers, as an operator has ordered, and the mission is over. Return it",
+    " nach {silent} s: Sie schwebt auf Anweisung eines Bedieners, und die Mission ist beendet. Zurückholen",
+  ],
   [" after {silent} s: it goes on in the swarm", " nach {silent} s: Sie fliegt weiter im Schwarm"],
   [
     " after {silent} s: it waits outside of the swarm. Resume it, or return it",
