@@ -121,10 +121,7 @@ export const refusals: readonly StationText[] = [
     "vehicle {id} is or may come below it before it stops: hold it, then land it",
     "Drohne {id} ist unter ihr oder kann dorthin kommen, bevor sie steht: sie halten, dann landen",
   ],
-  [
-    "vehicle {id} stands on the ground below it: return it",
-    "Drohne {id} steht unter ihr am Boden: sie zurückholen",
-  ],
+  ["vehicle {id} stands on the ground below it: return it", "Drohne {id} steht unter ihr am Boden: sie zurückholen"],
   [
     "vehicle {id} is or may come above its launch point: try again when it has passed",
     "Drohne {id} ist über ihrem Startpunkt oder kann dorthin kommen: erneut versuchen, wenn sie vorbei ist",
