@@ -109,6 +109,8 @@ class Examiner:
         if not done:
             for warning in self._work.survey.warnings:
                 await self._mission.notice(Severity.WARNING, printable(warning))
+            for name, reason in self._left_out_before():
+                await self._mission.notice(Severity.INFO, f"Picture {name} left out: {reason}")
         for window in self._work.windows[:done]:
             await asyncio.to_thread(self._load, window)
         for number, window in enumerate(self._work.windows[done:], start=done + 1):
@@ -148,15 +150,24 @@ class Examiner:
 
     def _counted(self) -> tuple[int, list[tuple[str, str]]]:
         """Return the number of pictures to be examined, and the names of those that were not, with the reasons."""
-        survey = self._work.survey
-        left_out = [(name, reason) for name, reason in survey.left_out.items() if name not in survey.not_chosen]
-        total = len(survey.images) + len(left_out)
+        images, left_out = self._work.survey.images, self._left_out_before()
+        total = len(images) + len(left_out)
         missing: dict[int, str] = {}
         examined = {index for window in self._took_part() for index in window}
         for window, step in zip(self._work.windows, self._mission.steps(), strict=False):
             missing |= {window.frames[number - 1]: reason for number, reason in step.missing.items()}
-        left_out += [(survey.images[index].path.name, missing[index]) for index in sorted(missing.keys() - examined)]
-        return total, [(printable(name), printable(reason)) for name, reason in left_out]
+        unused = sorted(missing.keys() - examined)
+        left_out += [(printable(images[index].path.name), printable(missing[index])) for index in unused]
+        return total, left_out
+
+    def _left_out_before(self) -> list[tuple[str, str]]:
+        """Return the names of pictures that were left out when the recording was opened, with the reasons."""
+        survey = self._work.survey
+        return [
+            (printable(name), printable(reason))
+            for name, reason in survey.left_out.items()
+            if name not in survey.not_chosen
+        ]
 
     def _took_part(self) -> list[list[int]]:
         """Return the indices of the frames of each window that were examined in it."""

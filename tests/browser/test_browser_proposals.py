@@ -68,7 +68,7 @@ async def test_proposals_are_taken_over_and_dismissed_by_operators_only(
     await expect(page.get_by_test_id("proposal-2")).to_have_count(0)
 
     dismiss = page.get_by_test_id("proposals-dismiss")
-    await expect(dismiss).to_have_text("Dismiss all 5 of LOUD")
+    await expect(dismiss).to_have_text("Dismiss all 5 from LOUD")
     await dismiss.click()
     await expect(panel).to_have_count(0)
     made = [(record.use, record.operator) for record in guarded.mission.proposals.all()]

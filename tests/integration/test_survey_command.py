@@ -286,7 +286,7 @@ def test_a_damaged_picture_is_named_and_left_out(photographs: Photographs, capfd
     assert result["message"].startswith("5 of 6 pictures examined: 1 possible person")
     with MissionReader(Path(result["folder"])) as reader:
         texts = [getattr(event.data, "text", "") for event in reader.events()]
-    assert [text for text in texts if re.match(r"Picture left out: .*4\.jpg is damaged: .* Copy it again", text)]
+    assert [text for text in texts if re.match(r"Picture 4\.jpg left out: .* is damaged: .* Copy it again", text)]
 
 
 def test_names_of_pictures_need_not_be_text(photographs: Photographs, capfd: pytest.CaptureFixture[str]) -> None:
