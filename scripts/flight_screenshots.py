@@ -22,6 +22,8 @@ from playwright.async_api import Page, async_playwright, expect
 ADDRESS = re.compile(r"http://\S+#\S+")
 CONVERGED_STEPS = 4
 """Steps after the first sign of a target: the swarm has begun to gather."""
+ZOOMS = 1
+"""Times that the map is enlarged, which shows the whole geofence at first."""
 
 
 async def main() -> None:
@@ -89,7 +91,9 @@ async def shoot_flight(page: Page, file: Path) -> None:
     step = int(await page.get_by_test_id("step").inner_text())
     condition = "number => Number(document.querySelector('[data-testid=step]').textContent) >= number"
     await page.wait_for_function(condition, arg=step + CONVERGED_STEPS)
-    await page.wait_for_timeout(1000)  # the map draws the step
+    for _ in range(ZOOMS):
+        await page.get_by_role("button", name="Zoom in").click()
+    await page.wait_for_timeout(2000)  # the map draws the step
     save(await page.screenshot(), file)
 
 
