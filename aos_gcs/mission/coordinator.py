@@ -262,11 +262,7 @@ class Coordinator:
         context = self._context
         async with asyncio.TaskGroup() as group:
             pulse = group.create_task(context.loop_monitor.run(context.journal.note_stall))
-            while (
-                self.is_any_flying
-                or (until_landed and self.may_any_fly)
-                or not (until_landed or self._is_renewed.is_set())
-            ):
+            while self.may_any_fly if until_landed else self.is_any_flying or not self._is_renewed.is_set():
                 if self.is_any_flying:
                     await self._monitor_until_landed()
                 await context.clock.sleep(_STAY_POLL_S)

@@ -1,4 +1,4 @@
-"""An operator's action on one vehicle: when it reaches the vehicle, and what is told of it."""
+"""Operators' actions on one vehicle: those of a pilot or taken over are left out, and each has a result."""
 
 from __future__ import annotations
 

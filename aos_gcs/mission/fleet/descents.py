@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -163,9 +163,7 @@ def stands_below(context: FlightContext, member: Member) -> int | None:
     if way_enu_m is None:
         return None
     # It touches down near the end of its way: the wind, and how hard it brakes, are not known.
-    ends_enu_m = way_enu_m[len(way_enu_m) // 2 :]
-    found = (stands_near(context, member, end_enu_m[:2]) for end_enu_m in ends_enu_m)
-    return next((other_id for other_id in found if other_id is not None), None)
+    return _first_standing(near_standing(context, member, way_enu_m[len(way_enu_m) // 2 :, :2]))
 
 
 def refuse_landing(context: FlightContext, member: Member) -> Refusal | None:
@@ -181,19 +179,30 @@ def refuse_landing(context: FlightContext, member: Member) -> Refusal | None:
 
 
 def stands_near(context: FlightContext, member: Member, place_m: FloatArray) -> int | None:
-    """Return the id of a vehicle that stands on the ground too near to a place, shape (2,), for another to land there.
+    """Return the id of a vehicle on the ground that stands too near to a place, shape (2,), to land there, or None."""
+    return _first_standing(near_standing(context, member, place_m[None]))
+
+
+def near_standing(context: FlightContext, member: Member, places_m: FloatArray) -> dict[int, NDArray[np.bool_]]:
+    """Return which places, shape (n, 2), are too near to each vehicle that stands on the ground, by its id.
 
     At its own landing place a vehicle lands beside those that stand as near as launch points are, and no nearer than
     the separation. Anywhere else, what landings err by is added.
     """
     limits, own_enu_m = context.flight.limits, landing_place_enu_m(member)
     if limits is None:
-        return None
-    is_own = own_enu_m is not None and math.dist(place_m, own_enu_m[:2]) <= _OWN_M
-    for other_id, (other_m, wide_m) in _standing(context, member).items():
-        if math.dist(place_m, other_m) < (limits.separation_m if is_own else wide_m):
-            return other_id
-    return None
+        return {}
+    is_own = np.zeros(len(places_m), dtype=bool)
+    if own_enu_m is not None:
+        is_own = np.hypot(*(places_m - own_enu_m[:2]).T) <= _OWN_M
+    return {
+        other_id: np.hypot(*(places_m - other_m).T) < np.where(is_own, limits.separation_m, wide_m)
+        for other_id, (other_m, wide_m) in _standing(context, member).items()
+    }
+
+
+def _first_standing(is_near: Mapping[int, NDArray[np.bool_]]) -> int | None:
+    return next((other_id for other_id, near in is_near.items() if near.any()), None)
 
 
 def _standing(context: FlightContext, member: Member) -> dict[int, tuple[FloatArray, float]]:

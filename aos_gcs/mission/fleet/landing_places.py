@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.airspace.spacing import landing_spots
 from aos_gcs.mission.context import FlightContext
-from aos_gcs.mission.fleet.descents import is_within, landing_place_enu_m, stands_near
+from aos_gcs.mission.fleet.descents import is_within, landing_place_enu_m, near_standing, stands_near
 from aos_gcs.mission.fleet.roster import Member
 from aos_gcs.ports import Severity
 
@@ -74,11 +74,13 @@ class LandingPlaces:
         spots_m = landing_spots(centre_enu_m[:2].tolist(), _SPOTS_PER_VEHICLE * (len(members) + 2), spacing_m)
         offsets_m = spots_m[:, None] - self._taken_m(member)
         is_free = (np.linalg.norm(offsets_m, axis=-1) > _ROUNDING * spacing_m).all(axis=1)
-        for spot_m in spots_m[is_free & is_within(context, spots_m)]:
-            if stands_near(context, member, spot_m) is None:
-                member.landing_enu_m = np.array([*spot_m, home_enu_m[2]])
-                return True
-        return False
+        is_free &= is_within(context, spots_m)
+        for is_near in near_standing(context, member, spots_m).values():
+            is_free &= ~is_near
+        if not is_free.any():
+            return False
+        member.landing_enu_m = np.array([*spots_m[is_free][0], home_enu_m[2]])
+        return True
 
     def _taken_m(self, member: Member) -> FloatArray:
         """Return the landing places of the others, shape (k, 2)."""

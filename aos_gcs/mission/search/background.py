@@ -14,7 +14,7 @@ WARM_C = 20.0
 """Temperature of forest and ground from which persons are hardly told from them: clothes are about 28 °C."""
 _STEPS = 3
 """Steps in a row that must be as warm: single frames may look at a clearing in the sun."""
-_STRIDE = 8
+_STRIDE = 16
 """Distance between the pixels that a frame's median is computed from."""
 
 
@@ -31,6 +31,8 @@ class BackgroundWatch:
 
     def note(self, frames: Sequence[Frame]) -> None:
         """Look at the frames of a step; those without temperatures tell nothing."""
+        if self._warm_steps >= _STEPS:
+            return
         samples_c = [
             frame.image[::_STRIDE, ::_STRIDE, frame.bands.index("thermal")]
             for frame in frames
@@ -38,7 +40,7 @@ class BackgroundWatch:
         ]
         known_c = [sample_c[np.isfinite(sample_c)] for sample_c in samples_c]
         medians_c = [np.median(sample_c) for sample_c in known_c if sample_c.size]
-        if not medians_c or self._warm_steps >= _STEPS:
+        if not medians_c:
             return
         background_c = float(np.median(medians_c))
         self._warm_steps = self._warm_steps + 1 if background_c >= WARM_C else 0
