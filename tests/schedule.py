@@ -35,8 +35,8 @@ FIRST = (
     "tests/integration",
     "tests/faults",
     "tests/contract",
-    "tests/unit/sim_vehicle",
-    "tests/unit/test_imaging",
+    "tests/unit/sim/vehicle",
+    "tests/unit/imaging",
 )
 """Beginnings of units, the longest work first, so that all workers end at about the same time."""
 

@@ -16,7 +16,7 @@ from tests.browser.conftest import OPERATOR_CODE, PageRecord, Service, serving
 from tests.browser.pages import open_page, sign_in
 from tests.fakes.app import app_of
 from tests.fakes.mission import ORIGIN
-from tests.unit.test_sharing_proposals import proposal
+from tests.unit.sharing.test_proposals import proposal
 
 pytestmark = pytest.mark.asyncio(loop_scope="session")
 

@@ -17,7 +17,7 @@ from aos_gcs.store.last_mission import last_proposals
 from aos_gcs.store.recorder import MissionRecorder
 from tests.fakes.program import unused_port
 from tests.fakes.records import snapshot
-from tests.unit.test_sharing_proposals import proposal
+from tests.unit.sharing.test_proposals import proposal
 
 
 async def _record(root: Path) -> Proposals:

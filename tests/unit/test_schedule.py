@@ -20,7 +20,7 @@ COMPUTED = "tests/integration/test_mission_flow.py"
         ("tests/contract/test_drivers.py::test_a[Goto-mavsdk]", THREADED),
         ("tests/contract/test_drivers.py::test_a[mavlink-px4]", "tests/contract/test_drivers.py"),
         ("tests/contract/test_drivers.py::test_mavsdk_is_named", "tests/contract/test_drivers.py"),
-        ("tests/unit/test_mavsdk_wire.py::test_a[mavsdk]", "tests/unit/test_mavsdk_wire.py"),
+        ("tests/unit/mavsdk/test_wire.py::test_a[mavsdk]", "tests/unit/mavsdk/test_wire.py"),
     ],
 )
 def test_a_unit_is_a_module_but_for_the_browser_and_for_cases_with_threads(nodeid: str, unit: str) -> None:

@@ -12,7 +12,7 @@ from aos_drivers.links.former import former_owners
 from aos_drivers.mavlink.session import MavlinkSession
 from aos_gcs.ports import FormerLinks
 from tests.fakes.mavlink_vehicle import COPTER_GUIDED, FakeVehicle
-from tests.unit.test_mavlink_ownership import HOME, NEW_PORT, STRANGER, Sky, twin
+from tests.unit.mavlink.test_ownership import HOME, NEW_PORT, STRANGER, Sky, twin
 
 GAP_S = 20.0
 """Time without a station, in which vehicles fly on."""

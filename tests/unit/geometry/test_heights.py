@@ -12,7 +12,7 @@ from mypy import api as mypy
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame, frame_scale_error
 from aos_gcs.geometry.heights import AboveHomeM, AmslM, above_home_m, amsl_above_home_m, amsl_m, ellipsoidal_m
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 UNDULATION_M = 48.0
 MIXED_UP = """
 from aos_gcs.geometry.heights import AboveGroundM, AboveHomeM, AmslM, EllipsoidalM

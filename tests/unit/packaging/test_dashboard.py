@@ -11,7 +11,7 @@ import pytest
 
 pytestmark = pytest.mark.realtime
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 
 NPM = """#!/bin/sh
 echo "npm $*" >> "$CALLS"

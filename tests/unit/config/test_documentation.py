@@ -36,7 +36,7 @@ from aos_gcs.sharing.settings import CaltopoSettings, TakSettings, WebhookSettin
 from aos_gcs.tracking.motion import MotionSettings
 from aos_gcs.tracking.tracker import TrackingSettings
 
-TEXT = (Path(__file__).resolve().parents[2] / "docs" / "configuration.md").read_text(encoding="utf-8")
+TEXT = (Path(__file__).resolve().parents[3] / "docs" / "configuration.md").read_text(encoding="utf-8")
 SECTIONS = {
     "link": LinkConfig,
     "mission": MissionConfig,

@@ -14,7 +14,7 @@ from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.runtime import planned_missions
 from aos_gcs.runtime.planned_missions import planned_for, predicted
 from tests.fakes.target_sightings import SETTINGS
-from tests.unit.test_lab_missions import EMPTY, FOUND
+from tests.unit.lab.test_missions import EMPTY, FOUND
 
 AREA = ((-60.0, 5.0), (60.0, 5.0), (60.0, 125.0), (-60.0, 125.0))
 

@@ -35,7 +35,7 @@ from aos_gcs.imaging.registration.pose_errors import (
 
 CAMERA = CameraModel.from_fov(256, 256, math.radians(50.0))
 CAMERA_F0 = CameraModel.from_fov(512, 512, math.radians(50.815436217896945))
-RECORDED = Path(__file__).resolve().parents[3] / "shared" / "data" / "F0"
+RECORDED = Path(__file__).resolve().parents[4] / "shared" / "data" / "F0"
 CANOPY_M = 12.0
 TEXTURE_M_PER_PX = 0.1
 TEXTURE_SIZE = 700

@@ -9,7 +9,7 @@ from scipy.special import chdtri
 
 from aos_gcs.imaging.detection.rx import anomaly_mask, default_min_score, rx_scores
 
-RECORDED = Path(__file__).resolve().parents[3] / "shared" / "data" / "rx" / "rx_512x512x4.npz"
+RECORDED = Path(__file__).resolve().parents[4] / "shared" / "data" / "rx" / "rx_512x512x4.npz"
 
 
 def reference_scores(image: NDArray[np.generic]) -> NDArray[np.float64]:

@@ -16,7 +16,7 @@ from aos_gcs.mission.search.scan_notices import tell_end
 from aos_gcs.planning.legs import ScanLeg
 from tests.fakes.notices import Notices
 from tests.fakes.target_sightings import analysis
-from tests.unit.test_mission_split import in_line, settings
+from tests.unit.mission.test_split import in_line, settings
 
 
 @pytest.mark.parametrize(

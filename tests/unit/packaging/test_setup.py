@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 PIN = re.compile(r"(?P<name>[A-Za-z0-9._-]+)==[A-Za-z0-9.+!]+")
 
 TARGETS = ("demo", "check", "test", "test-slow", "test-sitl", "soak-test", "bench", "lint", "wheel", "clean")

@@ -17,7 +17,7 @@ from tests.fakes.app import OperatorClient, app_of
 from tests.fakes.bridge import mirror_of
 from tests.fakes.mission import ScriptedMission
 from tests.fakes.mission_flight import flying, prepare
-from tests.unit.test_sharing_proposals import SQUARE, proposal
+from tests.unit.sharing.test_proposals import SQUARE, proposal
 
 BASE_URL = "http://127.0.0.1:8080"
 

@@ -16,7 +16,7 @@ from aos_gcs.sharing.tak import channel as tak_channel
 from aos_gcs.sharing.tak.channel import TakChannel
 from aos_gcs.sharing.tak.events import ping_xml
 from tests.fakes.sharing import parsed, running, seen
-from tests.unit.test_sharing_tak import PONG, PONG_UTC_S, finding, snapshot
+from tests.unit.sharing.test_tak import PONG, PONG_UTC_S, finding, snapshot
 
 
 class FakeConnection:

@@ -19,7 +19,7 @@ from aos_gcs.planning.proposal import FREE_GROUND_M
 from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.runtime.planned_missions import planned_for, predicted, with_chosen_legs
 from aos_gcs.swarm.line import line_axis
-from tests.unit.test_planned_missions import mission
+from tests.unit.lab.test_planned_missions import mission
 
 POD = 0.6
 

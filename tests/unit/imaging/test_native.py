@@ -32,7 +32,7 @@ from aos_gcs.imaging.points import PointView
 from aos_gcs.imaging.step.marking import count_spans
 from aos_gcs.imaging.views import FocalView, perspective_view
 
-SCRIPT = Path(__file__).resolve().parents[2] / "scripts" / "build_kernels.py"
+SCRIPT = Path(__file__).resolve().parents[3] / "scripts" / "build_kernels.py"
 CAMERA = CameraModel.from_fov(150, 140, 0.9)
 
 LENS = replace(CAMERA, distortion=LensDistortion(LensModel.BROWN_CONRADY, (-0.12, 0.02, 0.0, 0.0, 0.0)))

@@ -27,7 +27,7 @@ from aos_sim.errors.timing import TimingErrors
 
 CAMERA = CameraModel.from_fov(512, 512, math.radians(50.0))
 KINDS = ("position", "attitude", "gimbal", "timing", "wind", "thermal", "optics")
-DOCUMENT = Path(__file__).parents[2] / "docs" / "simulator.md"
+DOCUMENT = Path(__file__).parents[3] / "docs" / "simulator.md"
 SHAPE = (48, 64)
 
 

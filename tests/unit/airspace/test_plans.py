@@ -17,7 +17,7 @@ from aos_gcs.airspace.separation import segment_distance
 from aos_gcs.airspace.traffic import Obstacle
 from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict
 from tests.fakes.waypoints import request
-from tests.unit.test_airspace_reference_surface import BOUNDS, places, raster, reliefs, slopes
+from tests.unit.airspace.test_reference_surface import BOUNDS, places, raster, reliefs, slopes
 
 FloatArray = NDArray[np.float64]
 FLOOR_M, LOWEST_M, SPACING_M, SEPARATION_M = 30.0, 35.0, 2.0, 1.5

@@ -19,7 +19,7 @@ from aos_gcs.airspace.terrain import GroundRaster
 from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict
 from aos_gcs.planning.legs import ScanLeg, leg_formation, scan_legs
 from tests.fakes.waypoints import request
-from tests.unit.test_airspace_reference_surface import BOUNDS, raster, reliefs
+from tests.unit.airspace.test_reference_surface import BOUNDS, raster, reliefs
 
 FloatArray = NDArray[np.float64]
 FENCE = ((-100.0, -90.0), (100.0, -90.0), (100.0, 95.0), (-100.0, 95.0))
