@@ -37,7 +37,7 @@ from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.preflight.altitudes import check_altitudes
 from aos_gcs.mission.preflight.telemetry import check_all
 from aos_gcs.mission.preflight.terrain import check_take_off_altitudes, survey_terrain
-from aos_gcs.mission.search.sampling import Sample, sample
+from aos_gcs.mission.search.frames.sampling import Sample, sample
 from aos_gcs.planning.descents import passes, staggered
 from aos_gcs.planning.proposal import altitude_layers, propose_limits
 from aos_gcs.planning.settings import Deadlines, FlightSettings, MissionSettings, TerrainSettings

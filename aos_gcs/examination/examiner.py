@@ -27,7 +27,7 @@ from aos_gcs.input_values import printable
 from aos_gcs.mission.model.findings import TargetEstimate
 from aos_gcs.mission.model.phase import Outcome, OutcomeRecord, Phase
 from aos_gcs.mission.model.steps import StepRecord
-from aos_gcs.mission.search.targeting import error_ellipse
+from aos_gcs.mission.search.targets.tracker import error_ellipse
 from aos_gcs.ports import Capture, Clock, Severity
 from aos_gcs.store.frame_entry import MAX_UTC_S
 from aos_gcs.store.recorder import MissionRecorder

@@ -15,7 +15,7 @@ from aos_gcs.imaging.geolocation import Geolocation, Uncertainty
 from aos_gcs.imaging.model import Frame
 from aos_gcs.imaging.persons.decision import CLAIMED, ENOUGH, FindingKind, Verdict
 from aos_gcs.imaging.views import FocalSurface
-from aos_gcs.mission.search.persons import PersonWatch
+from aos_gcs.mission.search.targets.persons import PersonWatch
 from aos_gcs.surveys.anomalies import PERSON_M, MapBlob
 from aos_gcs.surveys.window_anomalies import Detection, find_anomalies
 

@@ -15,7 +15,7 @@ from aos_gcs.mission.model.events import Event, EventData, EventKind, NoticeReco
 from aos_gcs.mission.model.findings import Finding, FindingChange, FindingStatus, TargetEstimate
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.steps import Picture, PictureKind, StepRecord
-from aos_gcs.mission.search.findings import Findings
+from aos_gcs.mission.search.targets.findings import Findings
 from aos_gcs.ports import Clock, Severity
 from aos_gcs.store.recorder import MissionRecorder
 

@@ -17,7 +17,7 @@ from aos_gcs.mission.model.events import EventKind, PlanRecord
 from aos_gcs.mission.model.findings import MAX_DISTANCE_M, Finding, FindingChange
 from aos_gcs.mission.model.proposals import ProposalRecord, ProposalUse
 from aos_gcs.mission.phases import BEFORE_START, check_action
-from aos_gcs.mission.search.findings import Findings
+from aos_gcs.mission.search.targets.findings import Findings
 from aos_gcs.mission.views import LiveView
 from aos_gcs.planning.check import check_plan
 from aos_gcs.planning.plan import MissionPlan, apply_plan

@@ -30,9 +30,9 @@ from aos_gcs.mission.next_sortie import NextSortie, next_sortie
 from aos_gcs.mission.phases import ENDING, ON_GROUND, PHASE_NAMES, check_transition
 from aos_gcs.mission.preflight.inspection import Inspector
 from aos_gcs.mission.relaying import keep_relay
-from aos_gcs.mission.search.findings import Findings
 from aos_gcs.mission.search.gallery import Gallery
-from aos_gcs.mission.search.ground_mapping import GroundMapping, GroundPlace
+from aos_gcs.mission.search.ground.mapping import GroundMapping, GroundPlace
+from aos_gcs.mission.search.targets.findings import Findings
 from aos_gcs.mission.sortie import Sortie
 from aos_gcs.mission.take_up import TakeUp
 from aos_gcs.mission.views import LiveView

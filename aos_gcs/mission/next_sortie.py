@@ -9,7 +9,7 @@ from pathlib import Path
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.mission.model.decisions import LeftPlace
 from aos_gcs.mission.model.findings import Finding
-from aos_gcs.mission.search.deciding import Decider
+from aos_gcs.mission.search.decisions.decider import Decider
 from aos_gcs.planning.remaining import remaining_area
 from aos_gcs.planning.settings import MissionSettings
 

@@ -15,11 +15,11 @@ from aos_gcs.mission.model.decisions import LeftPlace
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.preflight.inspection import Inspector
 from aos_gcs.mission.preflight.overrides import Overrides
-from aos_gcs.mission.search.findings import Findings
+from aos_gcs.mission.search.frames.vision import Vision
 from aos_gcs.mission.search.gallery import Gallery
-from aos_gcs.mission.search.ground_mapping import GroundMapping
+from aos_gcs.mission.search.ground.mapping import GroundMapping
 from aos_gcs.mission.search.search import Search
-from aos_gcs.mission.search.vision import Vision
+from aos_gcs.mission.search.targets.findings import Findings
 from aos_gcs.planning.settings import MissionSettings
 
 

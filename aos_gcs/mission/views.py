@@ -19,10 +19,10 @@ from aos_gcs.mission.model.steps import Picture, PictureKind, StepRecord
 from aos_gcs.mission.model.vehicles import Task, VehicleSnapshot
 from aos_gcs.mission.phases import SAMPLING
 from aos_gcs.mission.proposals import Proposals
-from aos_gcs.mission.search.findings import Findings
 from aos_gcs.mission.search.gallery import Gallery
-from aos_gcs.mission.search.ground_mapping import GroundMapping
-from aos_gcs.mission.search.same_body import distinct
+from aos_gcs.mission.search.ground.mapping import GroundMapping
+from aos_gcs.mission.search.targets.findings import Findings
+from aos_gcs.mission.search.targets.same_body import distinct
 from aos_gcs.mission.sortie import Sortie
 
 

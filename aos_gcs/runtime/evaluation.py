@@ -18,7 +18,7 @@ from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.geometry.walks import Walk
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.vehicles import Task
-from aos_gcs.mission.search.sampling import to_frame
+from aos_gcs.mission.search.frames.sampling import to_frame
 from aos_gcs.runtime.truth_file import check_world, read_world
 from aos_gcs.store.reader import MissionReader
 

@@ -22,7 +22,7 @@ from aos_gcs.mission.journal import Journal
 from aos_gcs.mission.model.sharing import ChannelStatus
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.next_sortie import NextSortie
-from aos_gcs.mission.search.ground_mapping import GroundPlace
+from aos_gcs.mission.search.ground.mapping import GroundPlace
 from aos_gcs.ports import DriverContext
 from aos_gcs.process import settle_garbage
 from aos_gcs.runtime.api_start import ApiStart

@@ -30,7 +30,7 @@ from aos_gcs.imaging.step.examination import ExaminedFrame, examine
 from aos_gcs.imaging.step.integration import integrate
 from aos_gcs.imaging.step.settings import DEPTH_BELOW_M, ImagingSettings
 from aos_gcs.imaging.views import grid_view
-from aos_gcs.mission.search.sampling import to_frame
+from aos_gcs.mission.search.frames.sampling import to_frame
 from aos_gcs.mission.viewing import (
     FocusFound,
     FrameKind,

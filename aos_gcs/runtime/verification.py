@@ -10,7 +10,7 @@ from typing import Final
 from aos_gcs.errors import ImagingError, InputDataError
 from aos_gcs.mission.model.decisions import ConclusionRecord, DecisionRecord
 from aos_gcs.mission.model.steps import StepRecord
-from aos_gcs.mission.search.retrace import Retrace, Retraced
+from aos_gcs.mission.search.decisions.retrace import Retrace, Retraced
 from aos_gcs.ports import Capture
 from aos_gcs.store.codec import encode
 from aos_gcs.store.database import frame_digest

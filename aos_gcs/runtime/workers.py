@@ -17,8 +17,8 @@ ANALYSIS: Final = WorkerSettings(
         "aos_gcs.imaging.registration.pose_errors",
         "aos_gcs.imaging.focus.step",
         "aos_gcs.imaging.step.analysis",
-        "aos_gcs.mission.search.coverage",
-        "aos_gcs.mission.search.persons",
+        "aos_gcs.mission.search.ground.coverage",
+        "aos_gcs.mission.search.targets.persons",
     ),
 )
 """Analyses the frames of each step; the vehicles hold their positions until it has a result. A call and the start of a

@@ -32,7 +32,7 @@ from aos_gcs.groundmap.work import add_frames
 from aos_gcs.imaging.model import Frame
 from aos_gcs.imaging.views import FocalSurface
 from aos_gcs.mission.model.phase import Phase
-from aos_gcs.mission.search.ground_mapping import GroundMapping, GroundPlace
+from aos_gcs.mission.search.ground.mapping import GroundMapping, GroundPlace
 from aos_gcs.ports import Worker
 from aos_gcs.runtime import service
 from aos_gcs.runtime.service import open_service

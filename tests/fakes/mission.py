@@ -28,7 +28,7 @@ from aos_gcs.mission.model.steps import FocusSnapshot, FocusSource, Picture, Pic
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.phases import check_action
 from aos_gcs.mission.proposals import Proposals
-from aos_gcs.mission.search.findings import Findings
+from aos_gcs.mission.search.targets.findings import Findings
 from aos_gcs.planning.plan import MissionPlan, apply_plan
 from aos_gcs.planning.settings import MissionSettings, TerrainSettings
 from aos_gcs.ports import Clock, FlightMode, Severity

@@ -28,7 +28,7 @@ from aos_gcs.mission.model.phase import Outcome, OutcomeRecord
 from aos_gcs.mission.model.steps import Picture, StepRecord
 from aos_gcs.mission.model.vehicles import SettingsRecord, Task
 from aos_gcs.mission.next_sortie import NextSortie
-from aos_gcs.mission.search.ground_mapping import GroundPlace
+from aos_gcs.mission.search.ground.mapping import GroundPlace
 from aos_gcs.mission.views import LiveView
 from aos_gcs.planning.search_settings import SearchMode, SearchSettings
 from aos_gcs.planning.settings import Deadlines, DetectionSettings, MissionSettings, PreflightSettings

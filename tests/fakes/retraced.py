@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from aos_gcs.mission.search.retrace import Retrace
+from aos_gcs.mission.search.decisions.retrace import Retrace
 from tests.fakes.mission_flight import MemoryRecorder
 
 

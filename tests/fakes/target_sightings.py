@@ -12,8 +12,8 @@ from aos_gcs.imaging.geolocation import Uncertainty
 from aos_gcs.imaging.model import Blob, BlobView, FocalGrid, Sighting, StepAnalysis
 from aos_gcs.imaging.persons.decision import FindingKind, Verdict
 from aos_gcs.imaging.step.settings import ImagingSettings
-from aos_gcs.mission.search.persons import Judgement
-from aos_gcs.mission.search.targeting import TargetTracker
+from aos_gcs.mission.search.targets.persons import Judgement
+from aos_gcs.mission.search.targets.tracker import TargetTracker
 from aos_gcs.planning.settings import DetectionSettings, MissionSettings
 
 SETTINGS = MissionSettings(

@@ -12,7 +12,7 @@ from aos_gcs.groundmap.work import GroundReport
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.steps import PictureKind
-from aos_gcs.mission.search.ground_mapping import GroundPlace
+from aos_gcs.mission.search.ground.mapping import GroundPlace
 from aos_gcs.planning.search_settings import SearchMode, SearchSettings
 from aos_gcs.planning.settings import ForestSettings
 from aos_gcs.ports import ThreadWorker

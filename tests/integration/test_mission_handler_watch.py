@@ -9,7 +9,7 @@ import pytest
 
 from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.model.vehicles import Task
-from aos_gcs.mission.search.vision import Vision
+from aos_gcs.mission.search.frames.vision import Vision
 from aos_gcs.ports import Capture
 from tests.fakes.fleet import FakeVehicle
 from tests.fakes.mission_flight import Flight, flying, prepare

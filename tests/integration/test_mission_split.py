@@ -15,7 +15,7 @@ from aos_gcs.mission.model.decisions import Group
 from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.model.steps import StepRecord
 from aos_gcs.mission.model.vehicles import Task
-from aos_gcs.mission.search.splitting import NEAR_M
+from aos_gcs.mission.search.in_flight.splitting import NEAR_M
 from aos_gcs.planning.search_settings import LookOrder, SearchSettings
 from aos_gcs.planning.settings import DetectionSettings, FlightSettings, PreflightSettings
 from aos_gcs.ports import Goto

@@ -15,9 +15,9 @@ from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.model.vehicles import Task
-from aos_gcs.mission.search.exposing import BLIND_S
-from aos_gcs.mission.search.sweep import LEFT_BEHIND_M
-from aos_gcs.mission.search.sweep_commands import ANALYSIS_S, SweepCommands
+from aos_gcs.mission.search.in_flight.commands import ANALYSIS_S, SweepCommands
+from aos_gcs.mission.search.in_flight.exposing import BLIND_S
+from aos_gcs.mission.search.scan.sweep import LEFT_BEHIND_M
 from aos_gcs.planning.search_settings import SearchMode, SearchSettings
 from aos_gcs.planning.settings import FlightSettings
 from aos_gcs.ports import Command, FlightMode, Goto, Hold, ReturnToLaunch

@@ -14,7 +14,7 @@ from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.model.steps import StepRecord
 from aos_gcs.mission.model.vehicles import Task
-from aos_gcs.mission.search.flight_frames import FIRST_STEPS
+from aos_gcs.mission.search.in_flight.frames import FIRST_STEPS
 from aos_gcs.planning.search_settings import SearchMode, SearchSettings
 from aos_gcs.planning.settings import DetectionSettings
 from aos_gcs.ports import Capture, Goto

@@ -13,8 +13,8 @@ from aos_gcs.imaging.pictures import render_pictures
 from aos_gcs.imaging.step.analysis import analyse_examined
 from aos_gcs.imaging.step.examination import examine_all
 from aos_gcs.mission.model.phase import Outcome, Phase
-from aos_gcs.mission.search.coverage import add_footprints
-from aos_gcs.mission.search.persons import watch_persons
+from aos_gcs.mission.search.ground.coverage import add_footprints
+from aos_gcs.mission.search.targets.persons import watch_persons
 from aos_gcs.ports import Goto, ThreadWorker
 from tests.fakes.mission_flight import Flight, flying, prepare
 

@@ -21,7 +21,7 @@ from aos_gcs.imaging.model import Frame
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.findings import FindingChange, FindingStatus
 from aos_gcs.mission.model.phase import Outcome
-from aos_gcs.mission.search.persons import watch_persons
+from aos_gcs.mission.search.targets.persons import watch_persons
 from aos_gcs.planning.settings import DetectionSettings, RegistrationSettings
 from aos_gcs.ports import ThreadWorker
 from aos_gcs.runtime.verification import verify_mission
@@ -275,7 +275,7 @@ def shifted(_registration: object, frames: Sequence[Frame], _min_confidence: flo
 async def test_corrected_poses_and_the_focal_plane_are_in_the_record(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("aos_gcs.mission.search.vision.apply_sure", shifted)
+    monkeypatch.setattr("aos_gcs.mission.search.frames.vision.apply_sure", shifted)
     flight = prepare(3, registration=RegistrationSettings(enabled=True))
     async with flying(flight) as outcome:
         await flight.until(lambda: flight.view.snapshot().step >= 4)

@@ -3,7 +3,7 @@
 A drone that takes thirty frames along its way sees what thirty vehicles would see at once: every frame counts as one of
 a vehicle of its own. The detector marks each frame, the marks are laid on the ground, and the places on which frames
 agree are judged by :func:`aos_gcs.imaging.persons.decision.decide` through the same
-:class:`~aos_gcs.mission.search.persons.PersonWatch` as in missions.
+:class:`~aos_gcs.mission.search.targets.persons.PersonWatch` as in missions.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from aos_gcs.imaging.geolocation import Uncertainty
 from aos_gcs.imaging.model import Detector, Frame
 from aos_gcs.imaging.persons.decision import CLAIMED
 from aos_gcs.lab.recordings.recording import Recording, holds
-from aos_gcs.mission.search.persons import PersonWatch
+from aos_gcs.mission.search.targets.persons import PersonWatch
 from aos_gcs.surveys.anomalies import MapBlob
 from aos_gcs.surveys.images import read_frame
 from aos_gcs.surveys.model import SurveyImage

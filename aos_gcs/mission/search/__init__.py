@@ -1,1 +1,1 @@
-"""The search: sampling, vision, targets, findings, and the progress of the scan."""
+"""The search: its phases, and the work on each step; folders hold the parts of that work."""

@@ -12,19 +12,19 @@ from aos_gcs.mission.fleet.roster import Member
 from aos_gcs.mission.handler_watch import WORK_S, sign_of_life
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.vehicles import Task
-from aos_gcs.mission.search.covered_ground import CoveredGround
-from aos_gcs.mission.search.deciding import Decider
-from aos_gcs.mission.search.findings import Findings
+from aos_gcs.mission.search.decisions.decider import Decider
+from aos_gcs.mission.search.frames.sampling import Sampler
+from aos_gcs.mission.search.frames.vision import Vision
 from aos_gcs.mission.search.gallery import Gallery
-from aos_gcs.mission.search.gap_flights import GapFlights
-from aos_gcs.mission.search.ground_mapping import GroundMapping
-from aos_gcs.mission.search.progress import time_on_legs_s
-from aos_gcs.mission.search.sampling import Sampler
-from aos_gcs.mission.search.splitting import Splitting
+from aos_gcs.mission.search.ground.covered_ground import CoveredGround
+from aos_gcs.mission.search.ground.mapping import GroundMapping
+from aos_gcs.mission.search.in_flight.splitting import Splitting
+from aos_gcs.mission.search.in_flight.sweeping import Sweeping
+from aos_gcs.mission.search.scan.gap_flights import GapFlights
+from aos_gcs.mission.search.scan.progress import time_on_legs_s
 from aos_gcs.mission.search.step_work import StepWork
 from aos_gcs.mission.search.strength import SwarmStrength
-from aos_gcs.mission.search.sweeping import Sweeping
-from aos_gcs.mission.search.vision import Vision
+from aos_gcs.mission.search.targets.findings import Findings
 from aos_gcs.planning.legs import ScanLeg, leg_formation, scan_legs
 from aos_gcs.planning.plan import plan_of
 from aos_gcs.ports import Capture, Severity

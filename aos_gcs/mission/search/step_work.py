@@ -18,15 +18,15 @@ from aos_gcs.mission.model.decisions import DecisionRecord, Group, SearchRecord,
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.steps import StepRecord
 from aos_gcs.mission.model.vehicles import Task
-from aos_gcs.mission.search.covered_ground import CoveredGround
-from aos_gcs.mission.search.deciding import Decider
 from aos_gcs.mission.search.decision import Decision
-from aos_gcs.mission.search.findings import Findings
+from aos_gcs.mission.search.decisions.decider import Decider
+from aos_gcs.mission.search.decisions.ledger import DecisionLog, step_record
+from aos_gcs.mission.search.frames.intake import FrameIntake
+from aos_gcs.mission.search.frames.sampling import Sample, Sampler
+from aos_gcs.mission.search.frames.vision import Vision
 from aos_gcs.mission.search.gallery import Gallery
-from aos_gcs.mission.search.intake import FrameIntake
-from aos_gcs.mission.search.ledger import DecisionLog, step_record
-from aos_gcs.mission.search.sampling import Sample, Sampler
-from aos_gcs.mission.search.vision import Vision
+from aos_gcs.mission.search.ground.covered_ground import CoveredGround
+from aos_gcs.mission.search.targets.findings import Findings
 from aos_gcs.ports import Goto, Severity
 
 _MAX_BLIND_STEPS = 3

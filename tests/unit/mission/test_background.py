@@ -9,7 +9,7 @@ import numpy as np
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import nadir_pose
 from aos_gcs.imaging.model import Frame
-from aos_gcs.mission.search.background import BackgroundWatch
+from aos_gcs.mission.search.frames.background import BackgroundWatch
 from aos_gcs.ports import Severity
 from tests.fakes.notices import Notices
 

@@ -8,7 +8,7 @@ import pytest
 
 from aos_gcs.imaging.model import IntervalCapture
 from aos_gcs.imaging.step.settings import ImagingSettings
-from aos_gcs.mission.search.camera_pace import MOST_RETRY_S, RETRY_S, UNANSWERED_S, WINDOW_S, CameraPace
+from aos_gcs.mission.search.in_flight.camera_pace import MOST_RETRY_S, RETRY_S, UNANSWERED_S, WINDOW_S, CameraPace
 from aos_gcs.ports import Severity
 
 RATE_HZ = 2.0

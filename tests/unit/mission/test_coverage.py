@@ -12,8 +12,8 @@ from aos_gcs.airspace.polygon import signed_area_m2
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.imaging.model import Frame
-from aos_gcs.mission.search.cameras import CameraLog, footprint_enu_m
-from aos_gcs.mission.search.coverage import CoverageMap
+from aos_gcs.mission.search.frames.cameras import CameraLog, footprint_enu_m
+from aos_gcs.mission.search.ground.coverage import CoverageMap
 
 R_NADIR = np.diag([1.0, -1.0, -1.0])
 """Image up is north."""

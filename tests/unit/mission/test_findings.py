@@ -18,8 +18,8 @@ from aos_gcs.geometry.geodesy import EnuPoint, GeodeticPosition
 from aos_gcs.imaging.persons.decision import CLAIMED, FindingKind
 from aos_gcs.mission.model.findings import ErrorEllipse, Finding, FindingChange, FindingStatus, TargetEstimate
 from aos_gcs.mission.model.snapshot import MissionSnapshot
-from aos_gcs.mission.search.findings import MAX_FINDINGS, Findings
-from aos_gcs.mission.search.same_body import SAME_PLACE_M
+from aos_gcs.mission.search.targets.findings import MAX_FINDINGS, Findings
+from aos_gcs.mission.search.targets.same_body import SAME_PLACE_M
 from tests.fakes.app import app_of
 from tests.fakes.mission import ScriptedMission
 from tests.fakes.recording import HandClock

@@ -9,8 +9,8 @@ import pytest
 from aos_gcs.errors import MissionError
 from aos_gcs.imaging.persons.decision import FindingKind
 from aos_gcs.mission.model.findings import Finding, FindingChange, FindingStatus, TargetEstimate
-from aos_gcs.mission.search.findings import Findings
-from aos_gcs.mission.search.same_body import distinct
+from aos_gcs.mission.search.targets.findings import Findings
+from aos_gcs.mission.search.targets.same_body import distinct
 
 
 def person(track_id: int, east_m: float, *, kind: FindingKind = FindingKind.PERSON) -> TargetEstimate:

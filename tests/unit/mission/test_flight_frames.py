@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from aos_gcs.mission.search.flight_frames import FIRST_STEPS, MOST_STEPS, PROVEN_ROUNDS, FramesInFlight
-from aos_gcs.mission.search.sampling import Sample
+from aos_gcs.mission.search.frames.sampling import Sample
+from aos_gcs.mission.search.in_flight.frames import FIRST_STEPS, MOST_STEPS, PROVEN_ROUNDS, FramesInFlight
 from aos_gcs.planning.search_settings import SearchMode, SearchSettings
 from aos_gcs.ports import Severity
 from tests.fakes.mission_flight import settings

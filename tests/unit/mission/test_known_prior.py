@@ -8,7 +8,7 @@ from pathlib import Path
 from aos_gcs.clock import LoopClock
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.journal import Journal
-from aos_gcs.mission.search.known_prior import KnownPrior
+from aos_gcs.mission.search.ground.known_prior import KnownPrior
 from aos_gcs.planning.search_settings import SearchSettings
 from aos_gcs.planning.settings import MissionSettings
 from tests.fakes.fleet import ORIGIN

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aos_gcs.imaging.persons.decision import FindingKind, Verdict
-from aos_gcs.mission.search.look_choice import LOOK_S, RETURN_S, TURN_S, USUAL_POD, LookChoice
-from aos_gcs.mission.search.progress import ScanProgress
+from aos_gcs.mission.search.decisions.look_choice import LOOK_S, RETURN_S, TURN_S, USUAL_POD, LookChoice
+from aos_gcs.mission.search.scan.progress import ScanProgress
 from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.search_settings import LookOrder, SearchMode, SearchSettings
 from aos_gcs.planning.settings import MissionSettings

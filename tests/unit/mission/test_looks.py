@@ -12,11 +12,11 @@ from aos_gcs.imaging.geolocation import Geolocation
 from aos_gcs.imaging.persons.decision import FindingKind, Verdict
 from aos_gcs.imaging.step.judgement import SETTLED_M
 from aos_gcs.mission.model.findings import FindingChange, FindingStatus
-from aos_gcs.mission.search.claims import Claims
-from aos_gcs.mission.search.findings import Findings
-from aos_gcs.mission.search.looks import Looks
-from aos_gcs.mission.search.persons import Judgement
-from aos_gcs.mission.search.targeting import TargetTracker
+from aos_gcs.mission.search.targets.claims import Claims
+from aos_gcs.mission.search.targets.findings import Findings
+from aos_gcs.mission.search.targets.looks import Looks
+from aos_gcs.mission.search.targets.persons import Judgement
+from aos_gcs.mission.search.targets.tracker import TargetTracker
 from tests.fakes.notices import Notices
 from tests.fakes.target_sightings import SETTINGS, STEP_S, Follower, analysis, seen
 

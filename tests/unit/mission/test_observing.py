@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from aos_gcs.imaging.model import FocalGrid, StepAnalysis, VehicleMasks
-from aos_gcs.mission.search.observing import make_observation
+from aos_gcs.mission.search.decisions.observing import make_observation
 from aos_gcs.swarm.archive.strategy import make_aos_archive
 
 MARKED = np.zeros((2, 3, 4), np.bool_)

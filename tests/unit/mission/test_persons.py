@@ -11,7 +11,7 @@ from aos_gcs.geometry.poses import nadir_pose
 from aos_gcs.imaging.geolocation import Uncertainty
 from aos_gcs.imaging.model import Frame
 from aos_gcs.imaging.persons.decision import FindingKind, Verdict
-from aos_gcs.mission.search.persons import KEPT_STEPS, PersonWatch, watch_persons
+from aos_gcs.mission.search.targets.persons import KEPT_STEPS, PersonWatch, watch_persons
 
 CAMERA = CameraModel.from_fov(256, 256, math.radians(50.0))
 PLACE_ENU_M = np.array([2.0, -1.0])

@@ -7,7 +7,7 @@ import pytest
 
 from aos_gcs.imaging.persons.decision import FindingKind, Verdict
 from aos_gcs.imaging.persons.form import FormSums
-from aos_gcs.mission.search.pool import MAX_FORMER, Pool, Pools
+from aos_gcs.mission.search.targets.pool import MAX_FORMER, Pool, Pools
 
 PERSON = Verdict(FindingKind.PERSON, 0.99, ("warm",))
 IN_FLIGHT = Verdict(FindingKind.ANIMAL, 0.01, ("smeared",), is_evidence=False)

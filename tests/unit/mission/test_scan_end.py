@@ -9,10 +9,10 @@ import pytest
 
 from aos_gcs.groundmap.figures import GroundFigures
 from aos_gcs.mission.model.phase import Phase
-from aos_gcs.mission.search.covered_ground import CoveredGround
-from aos_gcs.mission.search.deciding import Decider
-from aos_gcs.mission.search.findings import Findings
-from aos_gcs.mission.search.scan_notices import tell_end
+from aos_gcs.mission.search.decisions.decider import Decider
+from aos_gcs.mission.search.ground.covered_ground import CoveredGround
+from aos_gcs.mission.search.scan.notices import tell_end
+from aos_gcs.mission.search.targets.findings import Findings
 from aos_gcs.planning.legs import ScanLeg
 from tests.fakes.notices import Notices
 from tests.fakes.target_sightings import analysis

@@ -12,7 +12,7 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import nadir_pose
 from aos_gcs.imaging.geolocation import Geolocation, Uncertainty, geolocate
 from aos_gcs.imaging.model import BlobView
-from aos_gcs.mission.search.sight_lines import MAX_LINES, SightLines
+from aos_gcs.mission.search.targets.sight_lines import MAX_LINES, SightLines
 
 CAMERA = CameraModel.from_fov(512, 512, math.radians(50.0))
 UNCERTAINTY = Uncertainty(position_horizontal_m=0.02, position_vertical_m=0.05)

@@ -15,12 +15,12 @@ from aos_gcs.imaging.persons.decision import FindingKind, Verdict
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.model.decisions import Group, Situation, SwarmPlace
 from aos_gcs.mission.model.phase import Phase
-from aos_gcs.mission.search.claims import Claims
-from aos_gcs.mission.search.deciding import Decider
-from aos_gcs.mission.search.findings import Findings
-from aos_gcs.mission.search.persons import Judgement
-from aos_gcs.mission.search.progress import ScanProgress
-from aos_gcs.mission.search.split import Split, begin_split, places_of_both
+from aos_gcs.mission.search.decisions.decider import Decider
+from aos_gcs.mission.search.decisions.split import Split, begin_split, places_of_both
+from aos_gcs.mission.search.scan.progress import ScanProgress
+from aos_gcs.mission.search.targets.claims import Claims
+from aos_gcs.mission.search.targets.findings import Findings
+from aos_gcs.mission.search.targets.persons import Judgement
 from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.search_settings import SearchMode, SearchSettings
 from aos_gcs.planning.settings import MissionSettings

@@ -13,8 +13,8 @@ from aos_gcs.airspace.traffic import WaypointRequest
 from aos_gcs.airspace.vetting import vet_waypoints
 from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict
 from aos_gcs.mission.model.phase import Phase
-from aos_gcs.mission.search.progress import Advance, ScanProgress, time_on_legs_s
-from aos_gcs.mission.search.stalls import STALLED_STEPS, StallWatch, place_ahead_m
+from aos_gcs.mission.search.scan.progress import Advance, ScanProgress, time_on_legs_s
+from aos_gcs.mission.search.scan.stalls import STALLED_STEPS, StallWatch, place_ahead_m
 from aos_gcs.planning.legs import ScanLeg
 from tests.fakes.records import step_record
 

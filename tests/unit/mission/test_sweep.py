@@ -15,8 +15,8 @@ from aos_gcs.airspace.stopping import StoppingDistance
 from aos_gcs.airspace.traffic import WaypointRequest
 from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict, as_enu_point
 from aos_gcs.mission.model.decisions import Situation, SwarmPlace
-from aos_gcs.mission.search.progress import Advance, ScanProgress
-from aos_gcs.mission.search.sweep import HORIZON_M, LEFT_BEHIND_M, STUCK_S, Sweep, Vet
+from aos_gcs.mission.search.scan.progress import Advance, ScanProgress
+from aos_gcs.mission.search.scan.sweep import HORIZON_M, LEFT_BEHIND_M, STUCK_S, Sweep, Vet
 from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.settings import FlightSettings
 from aos_gcs.ports import Severity

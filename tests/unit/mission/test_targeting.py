@@ -14,8 +14,8 @@ from aos_gcs.imaging.model import Blob, BlobView, Sighting
 from aos_gcs.imaging.persons.decision import DECISION, FORM_TOLD, FindingKind, Verdict
 from aos_gcs.imaging.persons.form import FormSums, form_sums
 from aos_gcs.imaging.persons.warm_bodies import WarmView
-from aos_gcs.mission.search.persons import Judgement
-from aos_gcs.mission.search.targeting import TargetTracker, error_ellipse
+from aos_gcs.mission.search.targets.persons import Judgement
+from aos_gcs.mission.search.targets.tracker import TargetTracker, error_ellipse
 from tests.fakes.target_sightings import CAMERA, SETTINGS, STEP_S, Follower, analysis, seen
 
 

@@ -16,7 +16,7 @@ from aos_gcs.clock import LoopClock
 from aos_gcs.errors import InputDataError
 from aos_gcs.mission.model.phase import Outcome
 from aos_gcs.mission.next_sortie import carried_findings
-from aos_gcs.mission.search.findings import Findings
+from aos_gcs.mission.search.targets.findings import Findings
 from aos_gcs.runtime.operation import Operation, ReplayedOperation
 from aos_gcs.store.database import MissionDatabase
 from aos_gcs.store.operation import read_operation

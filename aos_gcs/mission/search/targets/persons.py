@@ -18,7 +18,7 @@ from aos_gcs.imaging.persons.form import FormSums, form_sums
 from aos_gcs.imaging.persons.spots import can_stand_out, relative_view, spot_at
 from aos_gcs.imaging.persons.warm_bodies import LINK_M, WarmView, warm_bodies, warm_view
 from aos_gcs.imaging.surfaces.terrain import Terrain
-from aos_gcs.mission.search.sight_lines import SightLines
+from aos_gcs.mission.search.targets.sight_lines import SightLines
 
 KEPT_STEPS = 3
 """Number of steps whose frames count; the model of persons is fitted to as many."""

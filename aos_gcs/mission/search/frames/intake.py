@@ -12,7 +12,7 @@ from aos_gcs.imaging.step.examination import ExaminedFrame, examine_all
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.handler_watch import WORK_S, sign_of_life
 from aos_gcs.mission.journal import Recorder
-from aos_gcs.mission.search.sampling import to_frame
+from aos_gcs.mission.search.frames.sampling import to_frame
 from aos_gcs.ports import Capture
 
 

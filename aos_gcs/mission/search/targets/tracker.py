@@ -16,9 +16,9 @@ from aos_gcs.imaging.model import FocalGrid, StepAnalysis
 from aos_gcs.imaging.persons.decision import AT_ONCE, CLAIMED, DECISION, FORM_TOLD, FindingKind, Verdict, telling
 from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.mission.model.findings import ErrorEllipse, TargetEstimate
-from aos_gcs.mission.search.persons import Judgement
-from aos_gcs.mission.search.pool import Pools, look_at
-from aos_gcs.mission.search.same_body import SAME_PLACE_M
+from aos_gcs.mission.search.targets.persons import Judgement
+from aos_gcs.mission.search.targets.pool import Pools, look_at
+from aos_gcs.mission.search.targets.same_body import SAME_PLACE_M
 from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.tracking.tracker import Measurement, Track, Tracks, observe
 

@@ -1,6 +1,6 @@
 """One step's frames: all vehicles expose at the same time, and the step goes on without those that deliver none.
 
-Frames that vehicles expose in flight are those of :mod:`aos_gcs.mission.search.exposing`.
+Frames that vehicles expose in flight are those of :mod:`aos_gcs.mission.search.in_flight.exposing`.
 """
 
 from __future__ import annotations

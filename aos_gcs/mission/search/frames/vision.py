@@ -23,11 +23,11 @@ from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.handler_watch import WORK_S, sign_of_life
 from aos_gcs.mission.journal import Recorder
 from aos_gcs.mission.model.steps import FocusSnapshot, FocusSource
-from aos_gcs.mission.search.background import BackgroundWatch
-from aos_gcs.mission.search.ground_in_view import ground_in_view
-from aos_gcs.mission.search.intake import FrameIntake, open_intake
-from aos_gcs.mission.search.persons import Judgement, PersonWatch, watch_persons
-from aos_gcs.mission.search.sampling import Sample
+from aos_gcs.mission.search.frames.background import BackgroundWatch
+from aos_gcs.mission.search.frames.ground_in_view import ground_in_view
+from aos_gcs.mission.search.frames.intake import FrameIntake, open_intake
+from aos_gcs.mission.search.frames.sampling import Sample
+from aos_gcs.mission.search.targets.persons import Judgement, PersonWatch, watch_persons
 from aos_gcs.ports import Severity
 
 P = ParamSpec("P")

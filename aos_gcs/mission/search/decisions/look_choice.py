@@ -27,8 +27,8 @@ from aos_gcs.imaging.persons.decision import Verdict
 from aos_gcs.imaging.step.judgement import SETTLED_BY_FEW_M, SETTLED_M
 from aos_gcs.mission.journal import Announcer
 from aos_gcs.mission.model.decisions import LeftPlace
-from aos_gcs.mission.search.progress import ScanProgress
-from aos_gcs.mission.search.targeting import TargetTracker
+from aos_gcs.mission.search.scan.progress import ScanProgress
+from aos_gcs.mission.search.targets.tracker import TargetTracker
 from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.search_settings import LookOrder, SearchMode
 from aos_gcs.planning.settings import MissionSettings

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from aos_gcs.imaging.persons.decision import Verdict, pooled, telling
 from aos_gcs.imaging.persons.form import Form, FormSums
-from aos_gcs.mission.search.persons import Judgement
-from aos_gcs.mission.search.same_body import PIECES_M, SAME_PLACE_M
+from aos_gcs.mission.search.targets.persons import Judgement
+from aos_gcs.mission.search.targets.same_body import PIECES_M, SAME_PLACE_M
 
 POOLED_SIGHTINGS = 20
 """Latest sightings of a target that tell what it is, with gaps or without, whose verdicts decide together. Leaves may

@@ -10,9 +10,9 @@ from aos_gcs.mission.model.decisions import ConclusionRecord, DecisionRecord, Fo
 from aos_gcs.mission.model.findings import Finding, TargetEstimate
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.steps import StepRecord
-from aos_gcs.mission.search.deciding import Decider
 from aos_gcs.mission.search.decision import Decision
-from aos_gcs.mission.search.findings import Findings
+from aos_gcs.mission.search.decisions.decider import Decider
+from aos_gcs.mission.search.targets.findings import Findings
 from aos_gcs.planning.legs import ScanLeg
 
 

@@ -10,12 +10,12 @@ from aos_gcs.geometry.projection import Plane
 from aos_gcs.imaging.model import Frame, StepAnalysis
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.handler_watch import WORK_S, sign_of_life
-from aos_gcs.mission.search.cameras import CameraLog, footprint_enu_m
-from aos_gcs.mission.search.coverage import CoverageMap, add_footprints
+from aos_gcs.mission.search.frames.cameras import CameraLog, footprint_enu_m
+from aos_gcs.mission.search.frames.ground_in_view import ground_in_view
+from aos_gcs.mission.search.frames.sampling import Sample, to_frame
 from aos_gcs.mission.search.gallery import Gallery
-from aos_gcs.mission.search.ground_in_view import ground_in_view
-from aos_gcs.mission.search.ground_mapping import GroundMapping
-from aos_gcs.mission.search.sampling import Sample, to_frame
+from aos_gcs.mission.search.ground.coverage import CoverageMap, add_footprints
+from aos_gcs.mission.search.ground.mapping import GroundMapping
 from aos_gcs.ports import Severity
 
 

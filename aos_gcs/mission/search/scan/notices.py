@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from aos_gcs.mission.journal import Announcer
-from aos_gcs.mission.search.progress import ScanProgress
+from aos_gcs.mission.search.scan.progress import ScanProgress
 from aos_gcs.ports import Severity
 
 _MOST: Final = 0.5

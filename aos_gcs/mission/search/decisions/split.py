@@ -15,8 +15,8 @@ from aos_gcs.imaging.model import StepAnalysis
 from aos_gcs.imaging.step.judgement import SETTLED_BY_FEW_M
 from aos_gcs.mission.journal import Announcer
 from aos_gcs.mission.model.decisions import Situation
-from aos_gcs.mission.search.progress import Advance, ScanProgress
-from aos_gcs.mission.search.sweep import Sweep, Vet
+from aos_gcs.mission.search.scan.progress import Advance, ScanProgress
+from aos_gcs.mission.search.scan.sweep import Sweep, Vet
 from aos_gcs.planning.legs import leg_formation
 from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.ports import Severity

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from aos_gcs.airspace.waypoints import WaypointRecord
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.steps import StepRecord
-from aos_gcs.mission.search.stalls import StallWatch
+from aos_gcs.mission.search.scan.stalls import StallWatch
 from aos_gcs.planning.legs import ScanLeg
 
 _ON_LEGS = frozenset({Phase.LINE, Phase.SCAN})

@@ -14,13 +14,13 @@ from aos_gcs.imaging.step.analysis import analyse_step
 from aos_gcs.mission.model.decisions import ConclusionRecord, DecisionRecord, FormedLine, Group, SearchRecord
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.steps import StepRecord
-from aos_gcs.mission.search.deciding import Decider
-from aos_gcs.mission.search.findings import Findings
-from aos_gcs.mission.search.ground_in_view import ground_in_view
-from aos_gcs.mission.search.ledger import step_record
-from aos_gcs.mission.search.persons import Judgement, PersonWatch, watch_persons
-from aos_gcs.mission.search.sampling import to_frame
-from aos_gcs.mission.search.split import Split
+from aos_gcs.mission.search.decisions.decider import Decider
+from aos_gcs.mission.search.decisions.ledger import step_record
+from aos_gcs.mission.search.decisions.split import Split
+from aos_gcs.mission.search.frames.ground_in_view import ground_in_view
+from aos_gcs.mission.search.frames.sampling import to_frame
+from aos_gcs.mission.search.targets.findings import Findings
+from aos_gcs.mission.search.targets.persons import Judgement, PersonWatch, watch_persons
 from aos_gcs.planning.layer_surface import layer_surface
 from aos_gcs.planning.terrain import ground_of_limits
 from aos_gcs.ports import Capture, Severity

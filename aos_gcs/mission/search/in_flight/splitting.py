@@ -18,14 +18,14 @@ from aos_gcs.mission.handler_watch import WORK_S, sign_of_life
 from aos_gcs.mission.model.decisions import Group
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.vehicles import Task
-from aos_gcs.mission.search.deciding import Decider
-from aos_gcs.mission.search.exposing import Exposures, exposing
-from aos_gcs.mission.search.sampling import Sample, Sampler
-from aos_gcs.mission.search.split import Split
+from aos_gcs.mission.search.decisions.decider import Decider
+from aos_gcs.mission.search.decisions.split import Split
+from aos_gcs.mission.search.frames.sampling import Sample, Sampler
+from aos_gcs.mission.search.frames.vision import Vision
+from aos_gcs.mission.search.in_flight.commands import SweepCommands, places_to_stop
+from aos_gcs.mission.search.in_flight.exposing import Exposures, exposing
+from aos_gcs.mission.search.in_flight.sweeping import Sweeping
 from aos_gcs.mission.search.step_work import StepWork, Worked
-from aos_gcs.mission.search.sweep_commands import SweepCommands, places_to_stop
-from aos_gcs.mission.search.sweeping import Sweeping
-from aos_gcs.mission.search.vision import Vision
 from aos_gcs.planning.legs import ScanLeg, leg_formation
 from aos_gcs.planning.search_settings import MIN_SWARM
 from aos_gcs.ports import Goto, Severity

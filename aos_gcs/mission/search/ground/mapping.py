@@ -26,7 +26,7 @@ from aos_gcs.imaging.model import Frame
 from aos_gcs.imaging.views import FocalSurface
 from aos_gcs.mission.context import MissionContext
 from aos_gcs.mission.search.gallery import Gallery
-from aos_gcs.mission.search.known_prior import KnownPrior
+from aos_gcs.mission.search.ground.known_prior import KnownPrior
 from aos_gcs.planning.gaps import GapLegs, legs_for_gaps
 from aos_gcs.planning.leg_order import chances_of, order_legs, ordered_on_map
 from aos_gcs.planning.legs import ScanLeg, in_passes

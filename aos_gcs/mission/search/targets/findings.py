@@ -11,7 +11,7 @@ from aos_gcs.geometry.geodesy import EnuPoint
 from aos_gcs.imaging.persons.decision import CLAIMED, FindingKind
 from aos_gcs.imaging.step.judgement import SETTLED_M
 from aos_gcs.mission.model.findings import Finding, FindingChange, FindingStatus, TargetEstimate
-from aos_gcs.mission.search.same_body import (
+from aos_gcs.mission.search.targets.same_body import (
     SAME_PLACE_M,
     completed,
     distance_m,

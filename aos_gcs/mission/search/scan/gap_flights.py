@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.handler_watch import WORK_S, sign_of_life
 from aos_gcs.mission.model.phase import Phase
-from aos_gcs.mission.search.ground_mapping import GroundMapping
-from aos_gcs.mission.search.progress import ScanProgress
+from aos_gcs.mission.search.ground.mapping import GroundMapping
+from aos_gcs.mission.search.scan.progress import ScanProgress
 from aos_gcs.planning.plan import plan_of
 from aos_gcs.ports import Severity
 

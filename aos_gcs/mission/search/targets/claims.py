@@ -10,11 +10,11 @@ from aos_gcs.imaging.persons.decision import AT_LAST, CLAIMED, SURELY_OTHER, Fin
 from aos_gcs.imaging.step.judgement import SETTLED_BY_FEW_M, SETTLED_M
 from aos_gcs.mission.journal import Announcer
 from aos_gcs.mission.model.findings import KIND_NAMES, Finding, FindingStatus, TargetEstimate
-from aos_gcs.mission.search.findings import Findings
-from aos_gcs.mission.search.looks import Looks
-from aos_gcs.mission.search.persons import SUSPICION
-from aos_gcs.mission.search.same_body import PIECES_M, distance_m
-from aos_gcs.mission.search.targeting import TargetTracker
+from aos_gcs.mission.search.targets.findings import Findings
+from aos_gcs.mission.search.targets.looks import Looks
+from aos_gcs.mission.search.targets.persons import SUSPICION
+from aos_gcs.mission.search.targets.same_body import PIECES_M, distance_m
+from aos_gcs.mission.search.targets.tracker import TargetTracker
 from aos_gcs.planning.settings import DetectionSettings
 from aos_gcs.ports import Severity
 

@@ -9,13 +9,13 @@ from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.fleet.roster import Member
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.vehicles import Task
-from aos_gcs.mission.search.camera_pace import CameraPace
-from aos_gcs.mission.search.exposing import Exposures, exposing
-from aos_gcs.mission.search.flight_frames import FramesInFlight
-from aos_gcs.mission.search.sampling import Sampler
+from aos_gcs.mission.search.frames.sampling import Sampler
+from aos_gcs.mission.search.frames.vision import Vision
+from aos_gcs.mission.search.in_flight.camera_pace import CameraPace
+from aos_gcs.mission.search.in_flight.commands import SweepCommands, places_to_stop
+from aos_gcs.mission.search.in_flight.exposing import Exposures, exposing
+from aos_gcs.mission.search.in_flight.frames import FramesInFlight
 from aos_gcs.mission.search.step_work import StepWork
-from aos_gcs.mission.search.sweep_commands import SweepCommands, places_to_stop
-from aos_gcs.mission.search.vision import Vision
 
 
 class Sweeping:

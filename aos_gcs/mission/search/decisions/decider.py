@@ -21,19 +21,19 @@ from aos_gcs.mission.fleet.layers import in_layers
 from aos_gcs.mission.journal import Announcer
 from aos_gcs.mission.model.decisions import Group, Situation
 from aos_gcs.mission.model.phase import Phase
-from aos_gcs.mission.search.claims import Claims
 from aos_gcs.mission.search.decision import Decision
-from aos_gcs.mission.search.findings import Findings
-from aos_gcs.mission.search.ground_in_view import ground_in_view
-from aos_gcs.mission.search.look_choice import LookChoice
-from aos_gcs.mission.search.observing import make_observation
-from aos_gcs.mission.search.persons import Judgement
-from aos_gcs.mission.search.progress import Advance, ScanProgress
-from aos_gcs.mission.search.scan_notices import tell_blocked, tell_end, tell_gap
-from aos_gcs.mission.search.split import Split, begin_split, places_of_both
-from aos_gcs.mission.search.stalls import place_ahead_m
-from aos_gcs.mission.search.sweep import Sweep, Vet
-from aos_gcs.mission.search.targeting import TargetTracker
+from aos_gcs.mission.search.decisions.look_choice import LookChoice
+from aos_gcs.mission.search.decisions.observing import make_observation
+from aos_gcs.mission.search.decisions.split import Split, begin_split, places_of_both
+from aos_gcs.mission.search.frames.ground_in_view import ground_in_view
+from aos_gcs.mission.search.scan.notices import tell_blocked, tell_end, tell_gap
+from aos_gcs.mission.search.scan.progress import Advance, ScanProgress
+from aos_gcs.mission.search.scan.stalls import place_ahead_m
+from aos_gcs.mission.search.scan.sweep import Sweep, Vet
+from aos_gcs.mission.search.targets.claims import Claims
+from aos_gcs.mission.search.targets.findings import Findings
+from aos_gcs.mission.search.targets.persons import Judgement
+from aos_gcs.mission.search.targets.tracker import TargetTracker
 from aos_gcs.planning.legs import ScanLeg, line_on
 from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.ports import Severity

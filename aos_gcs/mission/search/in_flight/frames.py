@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from aos_gcs.mission.journal import Announcer
-from aos_gcs.mission.search.exposing import MAX_MOTION_M, blind_s
-from aos_gcs.mission.search.sampling import Sample
+from aos_gcs.mission.search.frames.sampling import Sample
+from aos_gcs.mission.search.in_flight.exposing import MAX_MOTION_M, blind_s
 from aos_gcs.planning.search_settings import SearchMode
 from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.ports import Capture, Severity
