@@ -15,10 +15,10 @@ from aos_gcs.basemaps.archive import TileKind, tile_archive
 from aos_gcs.basemaps.making import BasemapReport, Progress, described, require_ending
 from aos_gcs.basemaps.mercator import MAX_LATITUDE_DEG, MAX_ZOOM, WorldBox, from_degrees
 from aos_gcs.basemaps.pyramid import Advance
-from aos_gcs.basemaps.tile_addresses import TileTemplate
-from aos_gcs.basemaps.tile_pictures import as_webp, kind_of
-from aos_gcs.basemaps.tile_requests import CONNECTIONS, Pace, TileRequests, tile_session
-from aos_gcs.basemaps.tile_store import Place, TileStore, tile_store
+from aos_gcs.basemaps.tiles.addresses import TileTemplate
+from aos_gcs.basemaps.tiles.pictures import as_webp, kind_of
+from aos_gcs.basemaps.tiles.requests import CONNECTIONS, Pace, TileRequests, tile_session
+from aos_gcs.basemaps.tiles.store import Place, TileStore, tile_store
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.extras import load_extra
 

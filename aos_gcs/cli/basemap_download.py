@@ -110,9 +110,9 @@ def download(out: Path, address: str, options: ServerOptions) -> BasemapReport:
         AosError: see :func:`~aos_gcs.basemaps.downloading.download_basemap`.
     """
     from aos_gcs.basemaps.downloading import TileArea, download_basemap  # noqa: PLC0415 - heavy
-    from aos_gcs.basemaps.tile_addresses import TileTemplate  # noqa: PLC0415
-    from aos_gcs.basemaps.tile_requests import Pace  # noqa: PLC0415
-    from aos_gcs.basemaps.tile_store import store_of  # noqa: PLC0415
+    from aos_gcs.basemaps.tiles.addresses import TileTemplate  # noqa: PLC0415
+    from aos_gcs.basemaps.tiles.requests import Pace  # noqa: PLC0415
+    from aos_gcs.basemaps.tiles.store import store_of  # noqa: PLC0415
 
     template = TileTemplate.parsed(address)
     if not options.terms_allow_copies:

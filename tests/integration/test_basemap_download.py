@@ -22,9 +22,9 @@ from aos_gcs.api.tls import own_certificate, server_context
 from aos_gcs.basemaps.downloading import TileArea, download_basemap
 from aos_gcs.basemaps.making import BasemapReport
 from aos_gcs.basemaps.pyramid import Advance
-from aos_gcs.basemaps.tile_addresses import TileTemplate
-from aos_gcs.basemaps.tile_requests import CONNECTIONS, MAX_TILE_BYTES, Pace
-from aos_gcs.basemaps.tile_store import tile_store
+from aos_gcs.basemaps.tiles.addresses import TileTemplate
+from aos_gcs.basemaps.tiles.requests import CONNECTIONS, MAX_TILE_BYTES, Pace
+from aos_gcs.basemaps.tiles.store import tile_store
 from aos_gcs.errors import AosError, ConfigurationError, InputDataError, LinkError
 from tests.fakes.command_line import exit_status
 from tests.fakes.map_files import ShownMap

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from aos_gcs.basemaps.downloading import MAX_TILES, TileArea
-from aos_gcs.basemaps.tile_addresses import TileTemplate
+from aos_gcs.basemaps.tiles.addresses import TileTemplate
 from aos_gcs.errors import ConfigurationError
 
 HOST = "https://tiles.example.org"

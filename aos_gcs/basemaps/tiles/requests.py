@@ -16,7 +16,7 @@ from urllib.parse import urljoin
 
 import aiohttp
 
-from aos_gcs.basemaps.tile_addresses import TileTemplate, origin
+from aos_gcs.basemaps.tiles.addresses import TileTemplate, origin
 from aos_gcs.errors import ConfigurationError, InputDataError, LinkError
 
 CONNECTIONS: Final = 2
