@@ -55,7 +55,7 @@ def _verify(folder: Path) -> None:
 
 async def _show(folder: Path, config: ApiConfig) -> None:
     from aos_gcs.clock import LoopClock  # noqa: PLC0415 - heavy, only for this command
-    from aos_gcs.runtime.dashboard import open_dashboard  # noqa: PLC0415
+    from aos_gcs.runtime.dashboard.serving import open_dashboard  # noqa: PLC0415
     from aos_gcs.runtime.handover import HandoverPrinter  # noqa: PLC0415
     from aos_gcs.runtime.operation import ReplayedOperation  # noqa: PLC0415
     from aos_gcs.runtime.sign_in import operator_secrets  # noqa: PLC0415

@@ -25,8 +25,8 @@ from aos_gcs.mission.next_sortie import NextSortie
 from aos_gcs.mission.search.ground.mapping import GroundPlace
 from aos_gcs.ports import DriverContext
 from aos_gcs.process import settle_garbage
-from aos_gcs.runtime.api_start import ApiStart
-from aos_gcs.runtime.api_supervisor import open_api_process
+from aos_gcs.runtime.dashboard.start import ApiStart
+from aos_gcs.runtime.dashboard.supervisor import open_api_process
 from aos_gcs.runtime.drivers import load_driver
 from aos_gcs.runtime.encryption import with_certificate
 from aos_gcs.runtime.sharing_supervisor import SharingSupervisor, open_sharing_process

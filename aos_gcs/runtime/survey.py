@@ -25,7 +25,7 @@ from aos_gcs.input_values import printable
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.planning.settings import AutofocusSettings
 from aos_gcs.ports import Clock, Notice
-from aos_gcs.runtime.dashboard import open_dashboard
+from aos_gcs.runtime.dashboard.serving import open_dashboard
 from aos_gcs.runtime.handover import HandoverPrinter
 from aos_gcs.runtime.sign_in import operator_secrets
 from aos_gcs.runtime.viewer import Viewer

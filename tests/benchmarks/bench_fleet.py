@@ -43,8 +43,8 @@ from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.planning.settings import Deadlines, FlightSettings, PreflightSettings
 from aos_gcs.ports import Clock, DriverContext, Fleet, Goto, LandedState
 from aos_gcs.process import settle_garbage
-from aos_gcs.runtime.api_start import ApiStart
-from aos_gcs.runtime.api_supervisor import open_api_process
+from aos_gcs.runtime.dashboard.start import ApiStart
+from aos_gcs.runtime.dashboard.supervisor import open_api_process
 from aos_gcs.runtime.workers import ANALYSIS
 from aos_gcs.swarm.model import Observation
 from aos_gcs.swarm.registry import make_strategy

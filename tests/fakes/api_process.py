@@ -12,12 +12,14 @@ from pathlib import Path
 from aos_gcs.clock import LoopClock
 from aos_gcs.config.model import ApiConfig
 from aos_gcs.ports import Notice
-from aos_gcs.runtime.api_start import ApiStart
-from aos_gcs.runtime.api_supervisor import open_api_process
+from aos_gcs.runtime.dashboard.start import ApiStart
+from aos_gcs.runtime.dashboard.supervisor import open_api_process
 from tests.fakes.mission import ScriptedMission
 from tests.timing import scaled_s
 
 CODE = "larch-and-spruce"
+_PROGRAMS = ("aos_gcs.runtime.dashboard.process", "tests.fakes.spinning_api")
+"""Main programs of the dashboard's process, the latter with a defect."""
 
 
 @dataclass
@@ -44,7 +46,8 @@ class Station:
         )
         output, _ = await listing.communicate()
         rows = (line.split(maxsplit=2) for line in output.decode().splitlines())
-        (found,) = (int(pid) for pid, parent, line in rows if int(parent) == os.getpid() and "api" in line)
+        own = ((int(pid), line) for pid, parent, line in rows if int(parent) == os.getpid())
+        (found,) = (pid for pid, line in own if any(name in line for name in _PROGRAMS))
         return found
 
 

@@ -8,7 +8,7 @@ import time
 
 from aos_gcs.mission.events import Subscribers
 from aos_gcs.mission.model.events import Event
-from aos_gcs.runtime.api_process import main
+from aos_gcs.runtime.dashboard.process import main
 
 AFTER_S = 3.0
 

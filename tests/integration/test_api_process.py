@@ -15,8 +15,9 @@ from aos_gcs.config.model import ApiConfig
 from aos_gcs.errors import LinkError
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.ports import Severity
-from aos_gcs.runtime import api_supervisor, supervisor
-from aos_gcs.runtime.api_start import ApiStart
+from aos_gcs.runtime import supervisor
+from aos_gcs.runtime.dashboard import supervisor as dashboard_supervisor
+from aos_gcs.runtime.dashboard.start import ApiStart
 from tests.fakes.api_process import CODE, Station, station
 from tests.fakes.app import OperatorClient
 from tests.fakes.program import gone, running
@@ -80,7 +81,7 @@ async def test_a_process_that_cannot_be_started_is_told_before_anything_flies(tm
 
 async def test_nothing_is_opened_where_it_is_switched_off(tmp_path: Path) -> None:
     start = ApiStart(ApiConfig(enabled=False), CODE, tmp_path, tmp_path)
-    async with api_supervisor.open_api_process(start, lambda _: None) as api:
+    async with dashboard_supervisor.open_api_process(start, lambda _: None) as api:
         assert api is None
 
 
@@ -95,7 +96,7 @@ def configuration(tmp_path: Path) -> str:
 async def test_it_ends_with_the_flights_process(tmp_path: Path, configuration: str) -> None:
     async with running(tmp_path, "run", configuration) as program:
         await program.until_logged("Dashboard for operators", 60)
-        (pid,) = await program.children("aos_gcs.runtime.api_process")
+        (pid,) = await program.children("aos_gcs.runtime.dashboard.process")
         program.stop(signal.SIGKILL)
         await program.ended(10)
         await gone(pid)

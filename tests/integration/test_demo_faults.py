@@ -104,9 +104,9 @@ async def test_a_demo_flies_on_and_lands_when_its_dashboards_process_is_killed_a
     beset_demo: Program,
 ) -> None:
     program = beset_demo
-    kill(await program.child("runtime.api_process", START_TIMEOUT_S))
+    kill(await program.child("runtime.dashboard.process", START_TIMEOUT_S))
     await program.until_logged("has ended (SIGKILL) and is replaced. The mission goes on", START_TIMEOUT_S)
-    successor = await program.child("runtime.api_process", START_TIMEOUT_S)
+    successor = await program.child("runtime.dashboard.process", START_TIMEOUT_S)
     os.kill(successor, signal.SIGSTOP)
     assert await program.ended(120) == 0, program.log
     assert not await is_running(successor)

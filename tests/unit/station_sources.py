@@ -8,7 +8,12 @@ from collections.abc import Iterator, Mapping
 from typing import Final
 
 _STATION: Final = (
-    *("aos_gcs/api/", "aos_gcs/runtime/service.py", "aos_gcs/runtime/api_process.py", "aos_gcs/runtime/survey.py"),
+    *(
+        "aos_gcs/api/",
+        "aos_gcs/runtime/service.py",
+        "aos_gcs/runtime/dashboard/process.py",
+        "aos_gcs/runtime/survey.py",
+    ),
     *("aos_gcs/runtime/sharing_process.py", "aos_gcs/examination/", "aos_gcs/swarm/", "drivers/aos_drivers/"),
 )
 """Sources with which a station starts, and those that it loads by name."""

@@ -11,7 +11,7 @@ from aos_gcs.api.basemap_file import MISSION_BASEMAP, check_basemap
 from aos_gcs.clock import LoopClock
 from aos_gcs.config.model import ApiConfig
 from aos_gcs.errors import ConfigurationError
-from aos_gcs.runtime.dashboard import open_dashboard
+from aos_gcs.runtime.dashboard.serving import open_dashboard
 from aos_gcs.runtime.sign_in import OperatorSecrets
 from tests.fakes.app import app_of, client_at
 from tests.fakes.mission import ScriptedMission
@@ -56,7 +56,7 @@ async def test_the_map_of_the_mission_folder_is_shown_where_the_configuration_na
     (tmp_path / MISSION_BASEMAP).write_bytes(pmtiles(b"of the folder", PNG))
     (tmp_path / "team.pmtiles").write_bytes(pmtiles(b"of the team", PNG))
     addresses: list[str] = []
-    monkeypatch.setattr("aos_gcs.runtime.dashboard.announce", lambda address, *_: addresses.append(address.url))
+    monkeypatch.setattr("aos_gcs.runtime.dashboard.serving.announce", lambda address, *_: addresses.append(address.url))
     config = ApiConfig(basemap=tmp_path / "team.pmtiles" if is_configured else None, port=0)
     mission = ScriptedMission(LoopClock())
     async with open_dashboard(mission, config, OperatorSecrets("code"), folder=tmp_path):

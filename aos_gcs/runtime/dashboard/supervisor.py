@@ -13,12 +13,12 @@ from aos_gcs.api.listener import ServerAddress, listen
 from aos_gcs.bridge.host import MissionHost
 from aos_gcs.mission.control import MissionCommands, MissionView
 from aos_gcs.ports import Notice
-from aos_gcs.runtime.api_start import ApiStart
+from aos_gcs.runtime.dashboard.start import ApiStart
 from aos_gcs.runtime.encryption import tls_files
 from aos_gcs.runtime.sign_in import announce
 from aos_gcs.runtime.supervisor import Program, Supervisor
 
-_MODULE: Final = "aos_gcs.runtime.api_process"
+_MODULE: Final = "aos_gcs.runtime.dashboard.process"
 
 
 class ApiSupervisor:

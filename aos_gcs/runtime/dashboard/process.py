@@ -15,8 +15,8 @@ from typing import Final
 
 from aos_gcs.bridge.mirror import MissionMirror
 from aos_gcs.clock import LoopClock
-from aos_gcs.runtime.api_start import ApiStart
-from aos_gcs.runtime.dashboard import serve_flight
+from aos_gcs.runtime.dashboard.serving import serve_flight
+from aos_gcs.runtime.dashboard.start import ApiStart
 from aos_gcs.runtime.follower import Alive, run_follower
 from aos_gcs.runtime.handover import HandoverPrinter
 from aos_gcs.runtime.operation import Operation
