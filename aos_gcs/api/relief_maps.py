@@ -11,7 +11,7 @@ from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.planning.relief import HeightUnit, Relief, contours, read_relief, relief_bounds, shading_png
 from aos_gcs.planning.settings import TerrainSettings
-from aos_gcs.planning.terrain import EnuBounds, file_versions
+from aos_gcs.planning.terrain.ground import EnuBounds, file_versions
 
 
 @dataclass(frozen=True, slots=True)

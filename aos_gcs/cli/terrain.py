@@ -130,7 +130,7 @@ def _planned(settings: MissionSettings, name: str) -> tuple[tuple[tuple[float, f
 
 def _misfit(settings: MissionSettings, report: ElevationReport, model: ElevationModel) -> str | None:
     """Return what is wrong with the altitude of a mission's origin by the model, whose first place it is."""
-    from aos_gcs.planning.terrain_check import origin_misfit  # noqa: PLC0415 - keeps the other commands' help fast
+    from aos_gcs.planning.terrain.check import origin_misfit  # noqa: PLC0415 - keeps the other commands' help fast
 
     height_m = report.places[0].height_m
     if settings.origin is None or height_m is None:

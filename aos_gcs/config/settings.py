@@ -39,7 +39,7 @@ from aos_gcs.planning.settings import (
     RelaySettings,
     TerrainSettings,
 )
-from aos_gcs.planning.terrain import open_model
+from aos_gcs.planning.terrain.ground import open_model
 from aos_gcs.prior.file import read_prior
 from aos_gcs.prior.segments import read_segments
 from aos_gcs.sharing.settings import CaltopoSettings, SharingSettings, TakSettings, WebhookSettings

@@ -33,7 +33,7 @@ from aos_gcs.mission.preflight.telemetry import check_all, check_area, check_lay
 from aos_gcs.mission.preflight.terrain import check_take_off_altitudes, survey_terrain
 from aos_gcs.planning.descents import meetings, passes, staggered
 from aos_gcs.planning.proposal import altitude_layers, propose_limits
-from aos_gcs.planning.terrain_return import ReturnClearance
+from aos_gcs.planning.terrain.returns import ReturnClearance
 from aos_gcs.ports import Arm, Disarm, Severity, Takeoff
 
 _POLL_S = 0.5

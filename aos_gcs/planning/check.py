@@ -31,7 +31,7 @@ from aos_gcs.planning.settings import (
     MissionSettings,
 )
 from aos_gcs.planning.sites import Homes, check_paths, check_points, planned_ground
-from aos_gcs.planning.terrain_check import check_terrain
+from aos_gcs.planning.terrain.check import check_terrain
 from aos_gcs.swarm.declaration import Parameter
 from aos_gcs.swarm.registry import declared_parameters, make_strategy
 

@@ -16,8 +16,8 @@ from aos_gcs.planning.layer_surface import followed_surface, max_slope
 from aos_gcs.planning.plan import MissionPlan, plan_of
 from aos_gcs.planning.settings import MissionSettings, TerrainSettings
 from aos_gcs.planning.sites import planned_boundaries
-from aos_gcs.planning.terrain import ground_in_fence
-from aos_gcs.planning.terrain_check import place_text, ways_m
+from aos_gcs.planning.terrain.check import place_text, ways_m
+from aos_gcs.planning.terrain.ground import ground_in_fence
 
 
 @dataclass(frozen=True, slots=True)

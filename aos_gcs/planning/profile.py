@@ -15,7 +15,7 @@ from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.planning.proposal import proposed_ceiling_m, proposed_floor_m
 from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.planning.sites import Homes
-from aos_gcs.planning.terrain_check import PlannedRelief, planned_relief, swept_m
+from aos_gcs.planning.terrain.check import PlannedRelief, planned_relief, swept_m
 
 FloatArray = NDArray[np.float64]
 

@@ -16,7 +16,7 @@ from aos_gcs.errors import InputDataError
 from aos_gcs.extras import load_extra
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.planning.settings import TerrainSettings
-from aos_gcs.planning.terrain import EnuBounds, read_ground
+from aos_gcs.planning.terrain.ground import EnuBounds, read_ground
 
 FloatArray = NDArray[np.float64]
 

@@ -20,7 +20,7 @@ from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.planning.profile import LegProfile, profiles_over
 from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.planning.sites import Homes
-from aos_gcs.planning.terrain_check import PlannedRelief, planned_relief
+from aos_gcs.planning.terrain.check import PlannedRelief, planned_relief
 from aos_gcs.planning.viewed_ground import viewed_ground
 from aos_gcs.swarm.line import line_axis
 

@@ -9,7 +9,7 @@ import numpy as np
 from aos_gcs.airspace.terrain import GroundRaster
 from aos_gcs.elevation.suspects import ZERO_STEP_M, SuspectedHoles, zeros_at_a_step
 from aos_gcs.geometry.geodesy import LocalFrame
-from aos_gcs.planning.terrain import FINE_CELL_M
+from aos_gcs.planning.terrain.ground import FINE_CELL_M
 
 
 def suspected_holes(ground: GroundRaster, frame: LocalFrame, cell_m: float) -> str | None:

@@ -17,7 +17,7 @@ from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.mission.preflight.checks import RETURN_CLIMB
 from aos_gcs.planning.plan import plan_of
 from aos_gcs.planning.settings import FlightSettings, MissionSettings, TerrainSettings
-from aos_gcs.planning.terrain_check import highest_flown_ground_m
+from aos_gcs.planning.terrain.check import highest_flown_ground_m
 
 LEVEL = "flat"
 FLOOR_ABOVE_GROUND_M = 25.0

@@ -16,7 +16,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from aos_gcs.airspace.limits import UNLIMITED, GroundLimits
 from aos_gcs.airspace.traffic import WaypointRequest
 from aos_gcs.airspace.vetting import vet_waypoints
-from aos_gcs.planning.terrain import EnuBounds, ground_within
+from aos_gcs.planning.terrain.ground import EnuBounds, ground_within
 from tests.benchmarks.bench_swarm import median_ms
 from tests.benchmarks.figures import report
 from tests.fakes.relief import CRS, ORIGIN, terrain

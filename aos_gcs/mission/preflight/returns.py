@@ -9,7 +9,7 @@ from aos_gcs.mission.fleet.roster import Member, Roster
 from aos_gcs.mission.model.checks import PreflightCheck
 from aos_gcs.mission.preflight import checks
 from aos_gcs.mission.preflight.setup import ReturnBounds
-from aos_gcs.planning.terrain_return import ReturnClearance
+from aos_gcs.planning.terrain.returns import ReturnClearance
 
 
 def return_bounds(roster: Roster, member: Member, clearance: ReturnClearance | None) -> ReturnBounds:

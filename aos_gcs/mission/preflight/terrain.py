@@ -22,9 +22,9 @@ from aos_gcs.planning.following import highest_return
 from aos_gcs.planning.layer_surface import layer_surface
 from aos_gcs.planning.plan import plan_of
 from aos_gcs.planning.settings import MissionSettings, TerrainSettings
-from aos_gcs.planning.terrain import floor_above_ground_m, ground_limits, ground_of_limits
-from aos_gcs.planning.terrain_check import MAX_ALTITUDE_ERROR_M, flown_conflicts, surface_warning
-from aos_gcs.planning.terrain_return import ReturnClearance, return_clearance
+from aos_gcs.planning.terrain.check import MAX_ALTITUDE_ERROR_M, flown_conflicts, surface_warning
+from aos_gcs.planning.terrain.ground import floor_above_ground_m, ground_limits, ground_of_limits
+from aos_gcs.planning.terrain.returns import ReturnClearance, return_clearance
 
 _CHANGE = "change the plan, or move the launch points"
 

@@ -23,7 +23,7 @@ from aos_gcs.planning.check import check_plan
 from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.planning.settings import MissionSettings, TerrainSettings
 from aos_gcs.planning.suspected_holes import holes_warning
-from aos_gcs.planning.terrain import EnuBounds, ground_heights_m, ground_within
+from aos_gcs.planning.terrain.ground import EnuBounds, ground_heights_m, ground_within
 from tests.fakes.elevation_files import PLACE_DEG, write_geoid, write_model
 from tests.fakes.relief import ORIGIN, terrain, write_relief
 

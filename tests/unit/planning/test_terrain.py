@@ -16,11 +16,11 @@ pytest.importorskip("rasterio")
 from aos_gcs.elevation.model import ModelKind
 from aos_gcs.errors import InputDataError
 from aos_gcs.imaging.step.settings import ImagingSettings
-from aos_gcs.planning import terrain as ground_module
 from aos_gcs.planning.check import check_plan
 from aos_gcs.planning.plan import MissionPlan, PlanProblem
 from aos_gcs.planning.settings import ForestSettings, MissionSettings
-from aos_gcs.planning.terrain import EnuBounds, ground_heights_m, ground_within
+from aos_gcs.planning.terrain import ground as ground_module
+from aos_gcs.planning.terrain.ground import EnuBounds, ground_heights_m, ground_within
 from tests.fakes.relief import ORIGIN, Relief, hill, level, terrain, write_relief
 
 SQUARE = ((-50.0, 0.0), (50.0, 0.0), (50.0, 100.0), (-50.0, 100.0))

@@ -13,8 +13,8 @@ pytest.importorskip("rasterio")
 from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.planning.estimate import planned_legs
 from aos_gcs.planning.plan import MissionPlan
-from aos_gcs.planning.terrain import EnuBounds, ground_within
-from aos_gcs.planning.terrain_return import ReturnClearance, return_clearance
+from aos_gcs.planning.terrain.ground import EnuBounds, ground_within
+from aos_gcs.planning.terrain.returns import ReturnClearance, return_clearance
 from tests.fakes.relief import ORIGIN, Relief, hill, level, terrain, write_relief
 
 SQUARE = ((-50.0, 0.0), (50.0, 0.0), (50.0, 100.0), (-50.0, 100.0))

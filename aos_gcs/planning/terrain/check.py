@@ -25,7 +25,7 @@ from aos_gcs.planning.proposal import propose_fence, proposed_floor_m
 from aos_gcs.planning.settings import MissionSettings, TerrainSettings
 from aos_gcs.planning.sites import Homes, planned_boundaries
 from aos_gcs.planning.suspected_holes import suspected_holes
-from aos_gcs.planning.terrain import (
+from aos_gcs.planning.terrain.ground import (
     EnuBounds,
     floor_above_ground_m,
     ground_heights_m,

@@ -12,7 +12,7 @@ from aos_gcs.airspace.terrain import GroundRaster
 from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.plan import MissionPlan
-from aos_gcs.planning.terrain_check import place_text, swept_m, ways_m
+from aos_gcs.planning.terrain.check import place_text, swept_m, ways_m
 
 FloatArray = NDArray[np.float64]
 
