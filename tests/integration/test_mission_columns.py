@@ -14,7 +14,7 @@ from aos_gcs.clock import LoopClock
 from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.mission.fleet.flight import FlightControl
 from aos_gcs.mission.fleet.roster import Roster
-from aos_gcs.mission.fleet.way_watch import WayWatch
+from aos_gcs.mission.fleet.watches.ways import WayWatch
 from aos_gcs.mission.journal import Journal
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.planning.settings import Deadlines, FlightSettings

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from aos_gcs.errors import MissionError
-from aos_gcs.mission.fleet.condition import problems
+from aos_gcs.mission.fleet.watches.condition import problems
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.events import NoticeRecord
 from aos_gcs.mission.model.phase import Phase

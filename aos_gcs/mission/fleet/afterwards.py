@@ -8,8 +8,8 @@ from typing import Final
 
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.fleet.launch_columns import in_launch_columns
-from aos_gcs.mission.fleet.link_watch import LONGEST_DOUBT_S
 from aos_gcs.mission.fleet.roster import Roster
+from aos_gcs.mission.fleet.watches.links import LONGEST_DOUBT_S
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.ports import Land, ReturnToLaunch
 

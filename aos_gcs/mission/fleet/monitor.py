@@ -10,18 +10,18 @@ from dataclasses import replace
 from aos_gcs.airspace.accuracy import Accuracy
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.fleet.accuracies import accuracy_of
-from aos_gcs.mission.fleet.accuracy_watch import AccuracyWatch
-from aos_gcs.mission.fleet.altitude_watch import AltitudeWatch
-from aos_gcs.mission.fleet.condition import MAX_BATTERY_AGE_S, ConditionWatch
 from aos_gcs.mission.fleet.energy import time_home_s
-from aos_gcs.mission.fleet.ground_watch import GroundWatch
-from aos_gcs.mission.fleet.jump_watch import JumpWatch
-from aos_gcs.mission.fleet.link_watch import LinkWatch
-from aos_gcs.mission.fleet.proximity import ProximityWatch
 from aos_gcs.mission.fleet.return_and_land import REPEAT_S, ReturnAndLand
 from aos_gcs.mission.fleet.roster import FLYING, Member
 from aos_gcs.mission.fleet.standing_hold import StandingHold
-from aos_gcs.mission.fleet.way_watch import WayWatch
+from aos_gcs.mission.fleet.watches.accuracy import AccuracyWatch
+from aos_gcs.mission.fleet.watches.altitude import AltitudeWatch
+from aos_gcs.mission.fleet.watches.condition import MAX_BATTERY_AGE_S, ConditionWatch
+from aos_gcs.mission.fleet.watches.ground import GroundWatch
+from aos_gcs.mission.fleet.watches.jumps import JumpWatch
+from aos_gcs.mission.fleet.watches.links import LinkWatch
+from aos_gcs.mission.fleet.watches.proximity import ProximityWatch
+from aos_gcs.mission.fleet.watches.ways import WayWatch
 from aos_gcs.mission.health import CatchingUp, Punctuality
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.ports import Hold, Land, ReturnToLaunch, Severity

@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.fleet.descents import blocks_descent, clear_columns, stands_below, to_clear
-from aos_gcs.mission.fleet.jump_watch import DOUBT_LASTS_S
 from aos_gcs.mission.fleet.landing_places import LandingPlaces
 from aos_gcs.mission.fleet.landing_report import report_landings, report_pilots
 from aos_gcs.mission.fleet.launch_columns import in_launch_columns
 from aos_gcs.mission.fleet.motion import is_told_to_land
 from aos_gcs.mission.fleet.roster import Member
 from aos_gcs.mission.fleet.vehicle_tasks import VehicleTasks
+from aos_gcs.mission.fleet.watches.jumps import DOUBT_LASTS_S
 from aos_gcs.mission.model.actions import Refusal
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.vehicles import Task

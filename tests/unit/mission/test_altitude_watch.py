@@ -9,8 +9,8 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from aos_gcs.mission.fleet.altitude_watch import AltitudeWatch
 from aos_gcs.mission.fleet.roster import Roster
+from aos_gcs.mission.fleet.watches.altitude import AltitudeWatch
 from aos_gcs.mission.journal import Journal
 from aos_gcs.ports import Clock, FlightMode, LandedState, VehicleState
 

@@ -7,10 +7,10 @@ from typing import Final
 
 from aos_gcs.airspace.accuracy import CONFIDENCE, greatest_accuracy_m
 from aos_gcs.mission.fleet.accuracies import accuracy_of
-from aos_gcs.mission.fleet.condition import HEARD_AGO_S, has_position
 from aos_gcs.mission.fleet.datum import RTK_FIXED, RTK_FLOAT, is_grounded
-from aos_gcs.mission.fleet.debounce import Debounce
 from aos_gcs.mission.fleet.roster import FLYING, Member, Roster
+from aos_gcs.mission.fleet.watches.condition import HEARD_AGO_S, has_position
+from aos_gcs.mission.fleet.watches.debounce import Debounce
 from aos_gcs.mission.journal import Journal
 from aos_gcs.planning.advice import MIN_LAYERS_WITHOUT_RTK_M
 from aos_gcs.ports import Clock, Severity, Takeoff
