@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Final
 from xml.etree import ElementTree as ET
 
-from aos_gcs.exports.xml_text import xml_document
+from aos_gcs.exports.finding_files import xml_document
 
 FILE_NAME: Final = "ADIAT_Data.xml"
 _ALGORITHM: Final = "RXAnomaly"

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import Any
+from typing import Any, Final
 from xml.etree import ElementTree as ET
 
-from aos_gcs.exports.xml_text import xml_document
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.mission.model.findings import Finding
 
 KML = "http://www.opengis.net/kml/2.2"
 _GPX = "http://www.topografix.com/GPX/1/1"
+_NOT_IN_XML: Final = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+"""Characters that XML cannot hold, even escaped. Comments have them where they were pasted from other programs."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,3 +137,15 @@ def _coordinates(position: GeodeticPosition) -> tuple[float, float, float]:
 
 def _rounded(value: float | None, digits: int) -> float | None:
     return round(value, digits) if value is not None and math.isfinite(value) else None
+
+
+def readable(text: str) -> str:
+    """Return a text with replacements for the characters that XML cannot hold."""
+    return _NOT_IN_XML.sub("\ufffd", text)
+
+
+def xml_document(root: ET.Element) -> str:
+    """Return an indented document; characters that XML cannot hold are replaced."""
+    ET.indent(root)
+    text = readable(ET.tostring(root, encoding="unicode"))
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'

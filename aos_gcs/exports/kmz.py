@@ -9,8 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import Final
 from xml.etree import ElementTree as ET
 
-from aos_gcs.exports.finding_files import KML, PlacedFinding, placemark
-from aos_gcs.exports.xml_text import xml_document
+from aos_gcs.exports.finding_files import KML, PlacedFinding, placemark, xml_document
 
 MEDIA_TYPE: Final = "application/vnd.google-earth.kmz"
 _WRITTEN: Final = (1980, 1, 1, 0, 0, 0)

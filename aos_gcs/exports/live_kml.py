@@ -6,8 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import Final
 from xml.etree import ElementTree as ET
 
-from aos_gcs.exports.finding_files import KML, PlacedFinding, placemark
-from aos_gcs.exports.xml_text import xml_document
+from aos_gcs.exports.finding_files import KML, PlacedFinding, placemark, xml_document
 from aos_gcs.geometry.geodesy import EnuPoint, GeodeticPosition, LocalFrame
 from aos_gcs.mission.model.findings import FindingStatus
 from aos_gcs.mission.model.snapshot import MissionSnapshot

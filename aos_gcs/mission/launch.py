@@ -22,11 +22,10 @@ from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.preflight import checks
 from aos_gcs.mission.preflight.altitudes import check_altitudes
-from aos_gcs.mission.preflight.aperture import check_aperture
 from aos_gcs.mission.preflight.ground import check_descents, check_ground
 from aos_gcs.mission.preflight.inspection import Inspector
 from aos_gcs.mission.preflight.overrides import Overrides
-from aos_gcs.mission.preflight.prior import check_prior
+from aos_gcs.mission.preflight.plan import check_aperture, check_prior
 from aos_gcs.mission.preflight.returns import check_return_climbs, return_bounds
 from aos_gcs.mission.preflight.setup import check_setup, check_system_ids
 from aos_gcs.mission.preflight.telemetry import check_all, check_area, check_layers, check_vehicles

@@ -22,10 +22,9 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.geometry.heights import AmslM
 from aos_sim.camera.component import CameraComponent, CameraView, Exposure
-from aos_sim.camera.darkroom import Darkroom
+from aos_sim.camera.darkroom import Darkroom, check_camera_options
 from aos_sim.camera.folder import ImageFolder
 from aos_sim.camera.image import ImageSource
-from aos_sim.camera.options import check_camera_options
 from aos_sim.camera.server import ImageServer
 from aos_sim.camera.shutter import ArduPilotShutter, Px4Shutter, ShutterCamera
 from aos_sim.clock import TICK_S, Pacer, SimTime

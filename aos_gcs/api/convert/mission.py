@@ -1,4 +1,4 @@
-"""Conversion of the mission's snapshots and of operators' actions."""
+"""Conversion of the mission's snapshots with their preflight checks, of operators' actions, and of who has control."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from functools import partial
 from typing import Final
 
 from aos_gcs.airspace.polygon import Polygon
+from aos_gcs.api.access.control import ControlState
 from aos_gcs.api.convert.findings import finding, left_place, target
 from aos_gcs.api.convert.notices import acknowledgement
 from aos_gcs.api.convert.places import finite, geodetic, percent, rounded, scan_leg, vertices
-from aos_gcs.api.convert.preflight import preflight_check
 from aos_gcs.api.convert.proposals import proposal
 from aos_gcs.api.convert.replay import replay_state
 from aos_gcs.api.convert.reuse import Reused, ReusedItems
@@ -27,11 +27,13 @@ from aos_gcs.api.models.mission import (
     MissionModel,
     SegmentModel,
 )
+from aos_gcs.api.models.preflight import OverrideModel, PreflightCheckModel
 from aos_gcs.api.models.vehicles import VehicleModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.groundmap.figures import GroundFigures, SegmentFigures
 from aos_gcs.mission.control import ReplayState
 from aos_gcs.mission.model.actions import Action, ActionResult
+from aos_gcs.mission.model.checks import PreflightCheck
 from aos_gcs.mission.model.phase import Suspension
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.steps import FocusSnapshot
@@ -211,4 +213,29 @@ def action_results(action: Action, results: Iterable[ActionResult]) -> ActionRes
     return ActionResponse(
         action=action,
         results=[ActionResultModel(vehicle_id=one.vehicle_id, accepted=one.accepted, text=one.text) for one in results],
+    )
+
+
+def preflight_check(check: PreflightCheck) -> PreflightCheckModel:
+    """Convert one cell of the matrix."""
+    override = check.overridden
+    return PreflightCheckModel(
+        vehicle_id=check.vehicle_id,
+        name=check.name,
+        status=check.status,
+        text=check.text,
+        remedy=check.remedy,
+        overridable=check.overridable,
+        overridden=OverrideModel(reason=override.reason, by=override.by, utc_s=override.utc_s) if override else None,
+        blocks=check.blocks,
+    )
+
+
+def control(state: ControlState) -> ControlModel:
+    """Convert who has control."""
+    return ControlModel(
+        holder=state.holder,
+        holder_present=state.is_holder_present,
+        operators=list(state.operators),
+        requests=list(state.requests),
     )

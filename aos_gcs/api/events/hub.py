@@ -11,8 +11,7 @@ from itertools import islice
 from typing import Protocol
 
 from aos_gcs.api.access.control import Control
-from aos_gcs.api.convert.control import control
-from aos_gcs.api.convert.mission import MissionConverter
+from aos_gcs.api.convert.mission import MissionConverter, control
 from aos_gcs.api.convert.notices import notice as notice_model
 from aos_gcs.api.convert.seen import seen_text
 from aos_gcs.api.convert.steps import pictures as picture_models

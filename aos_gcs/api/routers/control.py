@@ -6,7 +6,7 @@ from typing import Any
 
 from fastapi import APIRouter
 
-from aos_gcs.api.convert.control import control
+from aos_gcs.api.convert.mission import control
 from aos_gcs.api.dependencies import ControlOfSwarm, CurrentSession, OperatorAccess
 from aos_gcs.api.models.base import ErrorModel
 from aos_gcs.api.models.control import ControlAnswer, ControlModel, TakeControlRequest

@@ -7,8 +7,7 @@ from typing import Annotated, Any
 
 from fastapi import APIRouter, Header, Query, Response
 
-from aos_gcs.api.convert.mission import action_results
-from aos_gcs.api.convert.preflight import preflight_check
+from aos_gcs.api.convert.mission import action_results, preflight_check
 from aos_gcs.api.dependencies import (
     IN_CONTROL,
     Commands,

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from xml.etree import ElementTree as ET
 
-from aos_gcs.exports.xml_text import readable
+from aos_gcs.exports.finding_files import readable
 from aos_gcs.geometry.heights import EllipsoidalM
 
 CE90 = 2.146

@@ -19,9 +19,8 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_sim.attached.camera import AttachedCamera, Shot
 from aos_sim.attached.senders import Sender, SenderTable
-from aos_sim.camera.darkroom import Darkroom
+from aos_sim.camera.darkroom import Darkroom, check_camera_options
 from aos_sim.camera.image import ImageSource
-from aos_sim.camera.options import check_camera_options
 from aos_sim.camera.server import ImageServer
 from aos_sim.errors.exposure import Motion
 from aos_sim.errors.model import RTK, ErrorModel

@@ -10,7 +10,7 @@ from aos_gcs.errors import ConfigurationError
 from aos_gcs.imaging.aperture import plan_aperture, smallest_spacing_m
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.model.checks import CheckStatus
-from aos_gcs.mission.preflight.aperture import check_aperture
+from aos_gcs.mission.preflight.plan import check_aperture
 from aos_gcs.planning.aperture import advise
 from aos_gcs.planning.settings import FlightSettings, ForestSettings, MissionSettings
 

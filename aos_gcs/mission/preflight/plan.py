@@ -1,4 +1,4 @@
-"""The prior's line in the preflight matrix."""
+"""Lines of the plan's aperture and of its prior in the preflight matrix."""
 
 from __future__ import annotations
 
@@ -6,9 +6,20 @@ from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.mission.model.checks import PreflightCheck
 from aos_gcs.mission.preflight import checks
+from aos_gcs.planning.aperture import advise
 from aos_gcs.planning.prior_check import WHOLE
 from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.prior.file import prior_over
+
+
+def check_aperture(settings: MissionSettings) -> tuple[PreflightCheck, ...]:
+    """Return the check of the aperture, or none without a forest. It warns, but never blocks the launch."""
+    if settings.forest is None:
+        return ()
+    advice = advise(settings, settings.forest)
+    if not advice.warnings:
+        return (checks.passed(checks.MISSION, checks.APERTURE, advice.text),)
+    return (checks.warned(checks.MISSION, checks.APERTURE, advice.seen, "; ".join(advice.warnings)),)
 
 
 def check_prior(settings: MissionSettings, origin: GeodeticPosition) -> tuple[PreflightCheck, ...]:
