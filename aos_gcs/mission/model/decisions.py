@@ -1,4 +1,4 @@
-"""What each decision of a search depended on, besides its frames: enough to compute it again from the record."""
+"""Decisions of a search, and what each depended on besides its frames: enough to compute it again from the record."""
 
 from __future__ import annotations
 
@@ -10,12 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.airspace.plans import TrafficSituation
+from aos_gcs.airspace.waypoints import WaypointRecord
 from aos_gcs.geometry.geodesy import EnuPoint, GeodeticPosition
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.mission.model.findings import Finding, TargetEstimate
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.settings import MissionSettings
+from aos_gcs.swarm.model import Diagnostics
 
 
 class Group(StrEnum):
@@ -80,6 +82,18 @@ class Situation:
     def positions_enu_m(self) -> NDArray[np.float64]:
         """Positions of the swarm, shape (n, 3)."""
         return np.array([one.position_enu_m for one in self.swarm])
+
+
+@dataclass(frozen=True, slots=True)
+class Decision:
+    """Decision of a step."""
+
+    following: Phase
+    diagnostics: Diagnostics
+    waypoints: tuple[WaypointRecord, ...]
+    """Vetted, not sent yet."""
+    is_sweep: bool = False
+    """Whether the swarm flies on along the leg, so that nobody waits for its arrival."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

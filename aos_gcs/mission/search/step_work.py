@@ -14,11 +14,10 @@ from aos_gcs.imaging.model import StepAnalysis
 from aos_gcs.mission.context import FlightContext, MissionContext
 from aos_gcs.mission.fleet.roster import Member
 from aos_gcs.mission.handler_watch import WORK_S, sign_of_life
-from aos_gcs.mission.model.decisions import DecisionRecord, Group, SearchRecord, Situation, SwarmPlace
+from aos_gcs.mission.model.decisions import Decision, DecisionRecord, Group, SearchRecord, Situation, SwarmPlace
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.steps import StepRecord
 from aos_gcs.mission.model.vehicles import Task
-from aos_gcs.mission.search.decision import Decision
 from aos_gcs.mission.search.decisions.decider import Decider
 from aos_gcs.mission.search.decisions.ledger import DecisionLog, step_record
 from aos_gcs.mission.search.frames.intake import FrameIntake

@@ -19,9 +19,8 @@ from aos_gcs.imaging.model import StepAnalysis
 from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.mission.fleet.layers import in_layers
 from aos_gcs.mission.journal import Announcer
-from aos_gcs.mission.model.decisions import Group, Situation
+from aos_gcs.mission.model.decisions import Decision, Group, Situation
 from aos_gcs.mission.model.phase import Phase
-from aos_gcs.mission.search.decision import Decision
 from aos_gcs.mission.search.decisions.look_choice import LookChoice
 from aos_gcs.mission.search.decisions.observing import make_observation
 from aos_gcs.mission.search.decisions.split import Split, begin_split, places_of_both

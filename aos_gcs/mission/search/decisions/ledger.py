@@ -6,11 +6,10 @@ from collections.abc import Mapping
 
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.imaging.model import StepAnalysis
-from aos_gcs.mission.model.decisions import ConclusionRecord, DecisionRecord, FormedLine, Group, Situation
+from aos_gcs.mission.model.decisions import ConclusionRecord, Decision, DecisionRecord, FormedLine, Group, Situation
 from aos_gcs.mission.model.findings import Finding, TargetEstimate
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.steps import StepRecord
-from aos_gcs.mission.search.decision import Decision
 from aos_gcs.mission.search.decisions.decider import Decider
 from aos_gcs.mission.search.targets.findings import Findings
 from aos_gcs.planning.legs import ScanLeg
