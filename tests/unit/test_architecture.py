@@ -105,6 +105,7 @@ def full_name(name: str, package: str) -> str:
 
 RULES = read_table("## The packages")
 MISSION = read_table("### Within mission", "aos_gcs.mission")
+SEARCH = read_table("### Within search", "aos_gcs.mission.search")
 
 
 def row_of(name: str) -> str:
@@ -141,17 +142,29 @@ def test_rows_allow_only_rows_above_them() -> None:
     assert wrong == [], "an import cycle between packages becomes possible"
 
 
-def test_parts_of_a_mission_import_what_their_table_allows() -> None:
+@pytest.mark.parametrize(
+    ("package", "rules"), [("aos_gcs.mission", MISSION), ("aos_gcs.mission.search", SEARCH)], ids=["mission", "search"]
+)
+def test_parts_of_a_mission_import_what_their_table_allows(package: str, rules: dict[str, set[str]]) -> None:
     wrong = [
         f"{name} imports {imported}"
-        for row, allowed in MISSION.items()
+        for row, allowed in rules.items()
         for name in sorted(PATHS)
         if is_within(name, {row})
         for imported in sorted(all_imports()[name])
-        if is_within(imported, {"aos_gcs.mission"}) and not is_within(imported, allowed | {row})
+        if is_within(imported, {package}) and not is_within(imported, allowed | {row})
     ]
     assert wrong == []
-    assert len(MISSION) > 10, "the table is read"
+    assert len(rules) > 8, "the table is read"
+    assert {row for row in rules if row not in PATHS} == set(), "each row is a module or a folder"
+
+
+def test_each_part_of_the_search_is_in_its_table_and_imports_only_those_above_it() -> None:
+    package = "aos_gcs.mission.search"
+    parts = {".".join(name.split(".")[:4]) for name in PATHS if name.startswith(package + ".")}
+    assert parts - set(SEARCH) == {f"{package}.search"}
+    order = list(SEARCH)
+    assert [row for position, row in enumerate(order) if SEARCH[row] - set(order[:position])] == []
 
 
 def test_what_puts_a_mission_together_is_known_to_none_of_its_parts_nor_is_the_search() -> None:
