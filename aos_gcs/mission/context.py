@@ -10,6 +10,7 @@ from aos_gcs.mission.fleet.flight import FlightControl
 from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal, Recorder
+from aos_gcs.mission.suspending import SuspensionState
 from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.ports import Clock, ThreadWorker, Worker
 
@@ -38,6 +39,7 @@ class MissionContext:
     loop_monitor: LoopMonitor
     auto_start: AutoStart
     order: CommandOrder
+    suspension: SuspensionState
     imaging: Worker
     """Analyses images."""
 

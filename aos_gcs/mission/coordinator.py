@@ -34,6 +34,7 @@ from aos_gcs.mission.search.gallery import Gallery
 from aos_gcs.mission.search.ground.mapping import GroundMapping, GroundPlace
 from aos_gcs.mission.search.targets.findings import Findings
 from aos_gcs.mission.sortie import Sortie
+from aos_gcs.mission.suspending import SuspensionState
 from aos_gcs.mission.take_up import TakeUp
 from aos_gcs.mission.views import LiveView
 from aos_gcs.planning.settings import MissionSettings
@@ -83,6 +84,7 @@ class Coordinator:
             loop_monitor=loop_monitor,
             auto_start=self.auto_start,
             order=CommandOrder(mission_id, asyncio.get_running_loop().time, max_command_age_s),
+            suspension=SuspensionState(),
             imaging=imaging or ThreadWorker(),
         )
         self._gallery = Gallery(journal, recorder, self._context.imaging, is_open=pictures)
@@ -106,9 +108,6 @@ class Coordinator:
             lambda: self.sortie.return_and_land, self.publish_snapshot, self.end_without_vehicles, standing_hold
         )
         self.phase = Phase.CONNECT
-        self.suspension = Suspension.NONE
-        self._resumed = asyncio.Event()
-        self._resumed.set()
         self._outcome = Outcome.OPEN
         self._redirect: Phase | None = None
         self._activity: asyncio.Future[Phase] | None = None
@@ -142,6 +141,11 @@ class Coordinator:
         return Outcome.NOT_FOUND if self.phase is Phase.DONE else Outcome.OPEN
 
     @property
+    def suspension(self) -> Suspension:
+        """Why no steps are made at present."""
+        return self._context.suspension.present
+
+    @property
     def min_separation_m(self) -> float | None:
         """The smallest 3-D distance measured between two vehicles in the air so far."""
         return self._monitor.min_separation_m
@@ -166,17 +170,13 @@ class Coordinator:
 
     def suspend(self, suspension: Suspension) -> None:
         """Make no further step. A hold ends the present handler at once, a pause lets the step in hand finish."""
-        self.suspension = suspension
-        self._resumed.clear()
-        self.sortie.search.sweeping.is_paused = True
+        self._context.suspension.begin(suspension)
         if suspension is Suspension.HELD:
             self._interrupt()
 
     def resume(self) -> None:
         """Go on where the mission was suspended."""
-        self.suspension = Suspension.NONE
-        self.sortie.search.sweeping.is_paused = False
-        self._resumed.set()
+        self._context.suspension.end()
 
     def abort(self) -> None:
         """Note that an operator has aborted the mission, whatever was found."""
@@ -238,7 +238,7 @@ class Coordinator:
                     if self.suspension is Suspension.PAUSED:
                         # The pause may have come between two phases of a look, while others scan on.
                         await self.sortie.search.rest()
-                    await self._resumed.wait()
+                    await self._context.suspension.until_over()
                     self._enter(await self._run_handler())
                 for helper in helpers:
                     helper.cancel()

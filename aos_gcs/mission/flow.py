@@ -30,7 +30,10 @@ class PlannedFlow(Protocol):
 class Flow(PlannedFlow, Protocol):
     """Changes of the flow of phases that an action may cause."""
 
-    suspension: Suspension
+    @property
+    def suspension(self) -> Suspension:
+        """Why no steps are made at present."""
+        ...
 
     def redirect(self, phase: Phase) -> None:
         """End the present handler and go on with ``phase``."""

@@ -16,7 +16,10 @@ _RELIEVES = SAMPLING | {Phase.LINE}
 class Searching(Protocol):
     """The coordinator as the relay sees it."""
 
-    suspension: Suspension
+    @property
+    def suspension(self) -> Suspension:
+        """Why no steps are made at present."""
+        ...
 
     @property
     def heading(self) -> Phase:

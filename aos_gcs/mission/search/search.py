@@ -18,6 +18,7 @@ from aos_gcs.mission.search.frames.vision import Vision
 from aos_gcs.mission.search.gallery import Gallery
 from aos_gcs.mission.search.ground.covered_ground import CoveredGround
 from aos_gcs.mission.search.ground.mapping import GroundMapping
+from aos_gcs.mission.search.in_flight.camera_pace import CameraPace
 from aos_gcs.mission.search.in_flight.splitting import Splitting
 from aos_gcs.mission.search.in_flight.sweeping import Sweeping
 from aos_gcs.mission.search.scan.gap_flights import GapFlights
@@ -35,7 +36,7 @@ class Search:
 
     Args:
         context: context of the flight.
-        mission: records the steps, and measures the event loop.
+        mission: records the steps, measures the event loop, and knows whether it is suspended.
         gallery: publishes the pictures.
         vision: analyses the frames.
         findings: findings of the mission.
@@ -74,9 +75,10 @@ class Search:
             sampler=self._sampler,
             covered_ground=self.covered_ground,
         )
-        self.sweeping = Sweeping(context, vision, self._sampler, self._work)
+        pace, suspension = CameraPace(context.settings.imaging, context.journal), mission.suspension
+        self._sweeping = Sweeping(context, vision, self._sampler, self._work, pace=pace, suspension=suspension)
         self._splitting = Splitting(
-            context, vision, self._sampler, self._work, decider=self.decider, sweeping=self.sweeping
+            context, vision, self._sampler, self._work, decider=self.decider, pace=pace, suspension=suspension
         )
         self.strength = SwarmStrength(context, lambda: self.covered_ground.covered_fraction)
         self._on_legs_s, self._steps_counted = 0.0, 0
@@ -90,7 +92,7 @@ class Search:
     @property
     def flies_on(self) -> bool:
         """Whether vehicles may still fly to waypoints far along the leg."""
-        return self.sweeping.is_under_way or self._splitting.is_under_way
+        return self._sweeping.is_under_way or self._splitting.is_under_way
 
     async def rest(self) -> None:
         """Have vehicles that scan on hover: the mission is paused, and nothing leads them."""
@@ -122,7 +124,7 @@ class Search:
         late = await context.flight.transfer(
             in_layers(swarm, places_enu_m, context.roster.layers.known_surface()), frozenset({Task.SWARM})
         )
-        self.sweeping.is_under_way = self._splitting.is_under_way = False
+        self._sweeping.is_under_way = self._splitting.is_under_way = False
         for member in late:
             context.journal.notice(Severity.WARNING, "did not reach its place in the line in time", member.vehicle_id)
         self.decider.begin_line(leg)
@@ -157,7 +159,7 @@ class Search:
         Where the decision is to sweep, the steps of the whole sweep are made; where the swarm is split, those of both
         groups as long as the look is in this phase.
         """
-        await self.sweeping.stop()
+        await self._sweeping.stop()
         if not (swarm := await self.strength.gather()):
             return Phase.RETURN
         if self._splitting.is_on:
@@ -181,9 +183,9 @@ class Search:
 
         async with self._vision.intake(work.step) as intake:
             taken = await self._sampler.take(work.step, swarm, take_in)
-        self.sweeping.frames.look_at_rest(taken, took_s)
-        may_sweep = self.sweeping.frames.is_sweep_allowed and phase is Phase.SCAN
+        self._sweeping.frames.look_at_rest(taken, took_s)
+        may_sweep = self._sweeping.frames.is_sweep_allowed and phase is Phase.SCAN
         following, decision = await work.work_on(phase, swarm, intake, taken, may_sweep=may_sweep)
         if decision is not None and decision.is_sweep and following is Phase.SCAN:
-            following = await self.sweeping.fly(decision.waypoints)
+            following = await self._sweeping.fly(decision.waypoints)
         return following

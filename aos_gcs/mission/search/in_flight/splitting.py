@@ -22,10 +22,11 @@ from aos_gcs.mission.search.decisions.decider import Decider
 from aos_gcs.mission.search.decisions.split import Split
 from aos_gcs.mission.search.frames.sampling import Sample, Sampler
 from aos_gcs.mission.search.frames.vision import Vision
+from aos_gcs.mission.search.in_flight.camera_pace import CameraPace
 from aos_gcs.mission.search.in_flight.commands import SweepCommands, places_to_stop
 from aos_gcs.mission.search.in_flight.exposing import Exposures, exposing
-from aos_gcs.mission.search.in_flight.sweeping import Sweeping
 from aos_gcs.mission.search.step_work import StepWork, Worked
+from aos_gcs.mission.suspending import SuspensionState
 from aos_gcs.planning.legs import ScanLeg, leg_formation
 from aos_gcs.planning.search_settings import MIN_SWARM
 from aos_gcs.ports import Goto, Severity
@@ -50,7 +51,8 @@ class Splitting:
         sampler: takes them.
         work: works on the frames of both groups.
         decider: splits the swarm.
-        sweeping: knows whether the mission is paused.
+        pace: pace of the cameras in flight.
+        suspension: whether to stop before the next step.
     """
 
     def __init__(
@@ -61,14 +63,16 @@ class Splitting:
         work: StepWork,
         *,
         decider: Decider,
-        sweeping: Sweeping,
+        pace: CameraPace,
+        suspension: SuspensionState,
     ) -> None:
         self._context = context
         self._vision = vision
         self._sampler = sampler
         self._work = work
         self._decider = decider
-        self._sweeping = sweeping
+        self._pace = pace
+        self._suspension = suspension
         self._split: Split | None = None
         """Split whose groups were led last."""
         self._scan_vision = vision
@@ -97,12 +101,12 @@ class Splitting:
             self._is_formed = self._waits = False
             self._scan_vision = self._vision.beside()
         following, blind, progress = phase, list[Sample](), self._decider.progress
-        async with exposing(self._context, self._sampler, self._sweeping.pace) as exposures:
+        async with exposing(self._context, self._sampler, self._pace) as exposures:
             flight = SweepCommands(self._context, exposures, lambda: self._members(Group.SCAN))
             looks = SweepCommands(self._context, exposures, lambda: self._members(Group.LOOK))
             watch = exposures.start(flight.watch(lambda: self._work.step))
             scan = exposures.start(self._scan(flight, exposures))
-            while following is phase and not blind and self.is_on and not self._sweeping.is_paused:
+            while following is phase and not blind and self.is_on and not self._suspension.is_on:
                 worked = await self._look(phase, looks, blind)
                 following = phase if worked is None else await self._work.conclude(worked)
             # The others may have ended the last leg meanwhile.
@@ -118,7 +122,7 @@ class Splitting:
         if following is Phase.LINE and progress.is_over:
             # The scanning group has reached the end of the last leg after the look.
             following = Phase.RETURN
-        if following is phase or following not in _GOES_ON or self._sweeping.is_paused:
+        if following is phase or following not in _GOES_ON or self._suspension.is_on:
             stops = await self.stop()
             if following is phase:
                 # All of them may be exposed next.
@@ -149,7 +153,7 @@ class Splitting:
         """Have the vehicles that looked closely fly after the others, which sweep on, until all form one line."""
         clock, split, leg = self._context.clock, self._decider.split, self._decider.progress.present_leg
         until_s, aim_at_s = clock.now_s() + self._context.settings.deadlines.transfer_s, clock.now_s()
-        while split is not None and split.is_catching_up and not self._waits and not self._sweeping.is_paused:
+        while split is not None and split.is_catching_up and not self._waits and not self._suspension.is_on:
             sign_of_life()
             behind_m = self._along_m(Group.SCAN, leg) - self._along_m(Group.LOOK, leg)
             if not behind_m > NEAR_M or clock.now_s() >= until_s:

@@ -16,6 +16,7 @@ from aos_gcs.mission.search.in_flight.commands import SweepCommands, places_to_s
 from aos_gcs.mission.search.in_flight.exposing import Exposures, exposing
 from aos_gcs.mission.search.in_flight.frames import FramesInFlight
 from aos_gcs.mission.search.step_work import StepWork
+from aos_gcs.mission.suspending import SuspensionState
 
 
 class Sweeping:
@@ -26,17 +27,26 @@ class Sweeping:
         vision: takes in the frames.
         sampler: places them.
         work: works on them.
+        pace: pace of the cameras in flight.
+        suspension: whether to stop before the next step.
     """
 
-    def __init__(self, context: FlightContext, vision: Vision, sampler: Sampler, work: StepWork) -> None:
+    def __init__(
+        self,
+        context: FlightContext,
+        vision: Vision,
+        sampler: Sampler,
+        work: StepWork,
+        *,
+        pace: CameraPace,
+        suspension: SuspensionState,
+    ) -> None:
         self._context = context
         self._vision = vision
         self._sampler = sampler
         self._work = work
-        self.pace = CameraPace(context.settings.imaging, context.journal)
-        """Pace of the cameras in flight."""
-        self.is_paused = False
-        """Whether to stop before the next step."""
+        self._pace = pace
+        self._suspension = suspension
         self.is_under_way = False
         """Whether vehicles may still fly to waypoints of a sweep."""
         self.frames = FramesInFlight(context.settings, context.journal)
@@ -48,14 +58,14 @@ class Sweeping:
         Where that is the scan, all vehicles hover.
         """
         following = Phase.SCAN
-        if self.is_paused:
+        if self._suspension.is_on:
             return following
         self.is_under_way = True
-        async with exposing(self._context, self._sampler, self.pace) as exposures:
+        async with exposing(self._context, self._sampler, self._pace) as exposures:
             flight = SweepCommands(self._context, exposures, self._swarm)
             flight.send(waypoints)
             watch = exposures.start(flight.watch(lambda: self._work.step))
-            while self.is_under_way and following is Phase.SCAN and not self.is_paused:
+            while self.is_under_way and following is Phase.SCAN and not self._suspension.is_on:
                 following = await self._make_step(flight, exposures)
             watch.cancel()
             flight.give_way()
