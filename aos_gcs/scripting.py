@@ -23,6 +23,7 @@ from aos_gcs.errors import ConfigurationError, MissionError
 from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.context import FlightContext
+from aos_gcs.mission.fleet.bounds import FlightBounds
 from aos_gcs.mission.fleet.datum import survey_ground
 from aos_gcs.mission.fleet.flight import FlightControl
 from aos_gcs.mission.fleet.monitor import Monitor
@@ -92,7 +93,10 @@ class Swarm:
         self._options = options
         self._clock = clock
         self._roster = Roster(fleet, clock)
-        self._flight = FlightControl(self._roster, clock, journal, options.flight, options.deadlines)
+        self._bounds = FlightBounds(options.flight.arrival_radius_m)
+        self._flight = FlightControl(
+            self._roster, clock, journal, options.flight, options.deadlines, bounds=self._bounds
+        )
         self._settings = MissionSettings(
             vehicles=options.vehicles,
             area_enu_m=tuple(options.area_enu_m),
@@ -108,6 +112,7 @@ class Swarm:
             clock=clock,
             roster=self._roster,
             journal=journal,
+            bounds=self._bounds,
             flight=self._flight,
         )
         self._vehicle_tasks = VehicleTasks(lambda: context)
@@ -254,14 +259,14 @@ class Swarm:
         roster.ground = survey_ground([member.state for member in members])
         roster.settle_altitudes()
         homes_enu_m = [home_m for member in members if (home_m := roster.launch_point_enu_m(member)) is not None]
-        self._flight.limits = propose_limits(self._settings, homes_enu_m)
+        self._bounds.set(propose_limits(self._settings, homes_enu_m))
         clearance_m = self._flight.clearance_m(members)
         is_past = passes(self._settings.area_enu_m, np.array(homes_enu_m)[:, :2], clearance_m)
         roster.assign_layers(roster.chosen(), homes_enu_m, staggered(is_past, layers_m))
 
     async def _survey_terrain(self) -> None:
         """Compare the flight with the ground of the elevation model, and limit the heights above it."""
-        terrain, frame, limits = self._options.terrain, self._roster.frame, self._flight.limits
+        terrain, frame, limits = self._options.terrain, self._roster.frame, self._bounds.limits
         if terrain is None or frame is None or limits is None:
             return
         members = self._roster.chosen()
@@ -274,7 +279,7 @@ class Swarm:
         ]
         if failed:
             raise MissionError(failed[0].describe())
-        self._flight.limits, self._flight.ground = found.limits, found.ground
+        self._bounds.set(found.limits, found.ground)
 
     def _takeoff(self, member: Member) -> Takeoff:
         if (height_m := self._roster.layers.above_home_m(member)) is None:

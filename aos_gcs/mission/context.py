@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.mission.auto_start import AutoStart
 from aos_gcs.mission.command_order import CommandOrder
+from aos_gcs.mission.fleet.bounds import FlightBounds
 from aos_gcs.mission.fleet.flight import FlightControl
 from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.health import LoopMonitor
@@ -23,6 +25,7 @@ class FlightContext:
     clock: Clock
     roster: Roster
     journal: Journal
+    bounds: FlightBounds
     flight: FlightControl
     imaging: Worker = field(default_factory=ThreadWorker)
     """Analyses images."""
@@ -43,14 +46,18 @@ class MissionContext:
     imaging: Worker
     """Analyses images."""
 
-    def flight_context(self, settings: MissionSettings) -> FlightContext:
-        """Return the context of a flight by these settings; preflight has not set its limits yet."""
-        flight = FlightControl(self.roster, self.clock, self.journal, settings.flight, settings.deadlines)
+    def flight_context(self, settings: MissionSettings, limits: SafetyLimits | None = None) -> FlightContext:
+        """Return the context of a flight by these settings, and by limits that are known already, if any."""
+        bounds = FlightBounds(settings.flight.arrival_radius_m, limits)
+        flight = FlightControl(
+            self.roster, self.clock, self.journal, settings.flight, settings.deadlines, bounds=bounds
+        )
         return FlightContext(
             settings=settings,
             clock=self.clock,
             roster=self.roster,
             journal=self.journal,
+            bounds=bounds,
             flight=flight,
             imaging=self.imaging,
         )

@@ -94,7 +94,7 @@ class Coordinator:
             self._context,
             self._gallery,
             settings=lambda: self.sortie.context.settings,
-            ground=lambda: self.sortie.context.flight.ground,
+            ground=lambda: self.sortie.context.bounds.ground,
         )
         self._mission_id = mission_id
         self._following = following
@@ -118,7 +118,9 @@ class Coordinator:
         actions = ActionHandler(self._context, self._vehicle_tasks, self, standing_hold)
         self.commands = LiveCommands(self._context, self, actions, self.view, self._findings)
 
-    def _make_sortie(self, settings: MissionSettings, focus_override_m: float | None) -> Sortie:
+    def _make_sortie(
+        self, settings: MissionSettings, focus_override_m: float | None, limits: SafetyLimits | None = None
+    ) -> Sortie:
         return Sortie(
             self._context,
             settings,
@@ -129,6 +131,7 @@ class Coordinator:
             ground=self._ground,
             left_for_later=() if self._following is None else self._following.left_for_later,
             focus_override_m=focus_override_m,
+            limits=limits,
         )
 
     @property
@@ -189,8 +192,7 @@ class Coordinator:
 
     def go_on_held(self, settings: MissionSettings, limits: SafetyLimits) -> Sortie:
         """Go on with a flight in the air by these settings and limits, held, and return its sortie."""
-        self.sortie = self._make_sortie(settings, None)
-        self.sortie.context.flight.limits = limits
+        self.sortie = self._make_sortie(settings, None, limits)
         self.sortie.relay.trusts_names = False
         # Resumed, all fly straight up or down into their layers first.
         self.redirect(Phase.TAKEOFF)

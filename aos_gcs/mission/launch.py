@@ -199,7 +199,7 @@ class Launch:
         found = await self._overrides.review(
             of_mission + self._advice + self._terrain + (self._prior or ()) + self._check(self._chosen_or_all())
         )
-        return context.flight.limits is not None and not any(check.blocks for check in found)
+        return context.bounds.limits is not None and not any(check.blocks for check in found)
 
     def _chosen_or_all(self) -> list[Member]:
         """Return the vehicles that fly; all heard while that is open, so that an operator sees their state."""
@@ -223,9 +223,9 @@ class Launch:
         board_ids = {key: found.facts.board_id for key, found in inspections.items() if found.facts is not None}
         found = [
             *check_all(roster, members, self._launch_distance_m),
-            *check_layers(roster, members, settings.flight.layer_spacing_m, self._context.flight.limits),
+            *check_layers(roster, members, settings.flight.layer_spacing_m, self._context.bounds.limits),
             *check_altitudes(roster, members, self._separation_m, settings.flight.layer_spacing_m),
-            *check_take_off_altitudes(members, roster.frame, self._context.flight.ground),
+            *check_take_off_altitudes(members, roster.frame, self._context.bounds.ground),
             *check_system_ids([member.state for member in members], board_ids),
             *self._ground,
             *check_return_climbs(roster, members, self._separation_m, settings.flight.layer_spacing_m),
@@ -261,7 +261,8 @@ class Launch:
         roster.settle_altitudes()
         spare_homes_enu_m = self._spare_homes_enu_m()
         self._spares = len(spare_homes_enu_m)
-        limits = context.flight.limits = propose_limits(context.settings, [*homes_enu_m, *spare_homes_enu_m])
+        limits = propose_limits(context.settings, [*homes_enu_m, *spare_homes_enu_m])
+        context.bounds.set(limits)
         # Until the ground is surveyed, layers that follow it have no heights.
         roster.layers.surface = None if context.settings.layers_follow_ground else LEVEL
         homes_m = np.array(homes_enu_m)[:, :2]
@@ -291,7 +292,7 @@ class Launch:
     async def _survey_terrain(self) -> None:
         """Read the ground below the flight, once its limits are proposed, and limit the heights above it."""
         context, terrain, frame = self._context, self._context.settings.terrain, self._context.roster.frame
-        limits = context.flight.limits
+        limits = context.bounds.limits
         if terrain is None or frame is None or limits is None or limits.above_ground is not None:
             return
         homes_enu_m = {
@@ -300,9 +301,10 @@ class Launch:
             if member.home_enu_m is not None
         }
         found = await asyncio.to_thread(survey_terrain, context.settings, terrain, frame.origin, limits, homes_enu_m)
-        if context.flight.limits is limits:
-            context.flight.limits, context.flight.ground, self._terrain = found.limits, found.ground, found.checks
-            context.roster.layers.surface, self._clearance = found.surface, found.clearance
+        if context.bounds.limits is limits:
+            context.bounds.set(found.limits, found.ground)
+            context.roster.layers.surface = found.surface
+            self._terrain, self._clearance = found.checks, found.clearance
 
     async def _check_prior(self) -> None:
         """Read the prior, once the origin is known."""
@@ -312,7 +314,7 @@ class Launch:
 
     def _is_planned(self, members: list[Member], homes_enu_m: list[NDArray[np.float64]]) -> bool:
         """Return whether the layers and limits in force are those of these vehicles at these homes."""
-        return self._context.flight.limits is not None and all(
+        return self._context.bounds.limits is not None and all(
             member.home_enu_m is not None
             and member.layer_height_m is not None
             and float(np.linalg.norm((member.home_enu_m - home_enu_m)[:2])) <= _SAME_HOME_M

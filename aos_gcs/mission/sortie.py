@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Coroutine, Mapping, Sequence
 from typing import Any
 
+from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.mission.context import MissionContext
 from aos_gcs.mission.fleet.joining import Joining
 from aos_gcs.mission.fleet.relay import Relay
@@ -36,6 +37,7 @@ class Sortie:
         ground: map of the searched ground.
         left_for_later: places that the former sortie has left for later.
         focus_override_m: focal height that the operator has set; None leaves it to the program.
+        limits: limits of a flight that is taken up in the air; None: preflight proposes them.
     """
 
     def __init__(
@@ -50,8 +52,9 @@ class Sortie:
         ground: GroundMapping,
         left_for_later: Sequence[LeftPlace] = (),
         focus_override_m: float | None = None,
+        limits: SafetyLimits | None = None,
     ) -> None:
-        context = self.context = mission.flight_context(settings)
+        context = self.context = mission.flight_context(settings, limits)
         self.overrides = Overrides(context, mission.recorder)
         self.launch = Launch(context, self.overrides, inspector, mission.auto_start)
         self.vision = Vision(context, mission.recorder, focus_override_m)

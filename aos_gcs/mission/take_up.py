@@ -68,12 +68,12 @@ class TakeUp:
     async def _survey_terrain(self, former: FormerFlight) -> None:
         """Limit the heights above the ground, too; a model that cannot be used any more is reported."""
         context, roster = self._flow.sortie.context, self._context.roster
-        terrain, limits, frame = context.settings.terrain, context.flight.limits, roster.frame
+        terrain, limits, frame = context.settings.terrain, context.bounds.limits, roster.frame
         if terrain is None or limits is None or frame is None:
             return
         homes_enu_m = {key: np.array(one.home_enu_m) for key, one in former.vehicles.items()}
         found = await asyncio.to_thread(survey_terrain, context.settings, terrain, frame.origin, limits, homes_enu_m)
-        context.flight.limits, context.flight.ground = found.limits, found.ground
+        context.bounds.set(found.limits, found.ground)
         roster.layers.surface = found.surface
         for check in found.checks:
             self._context.journal.notice(Severity.WARNING, f"terrain: {check.text}")

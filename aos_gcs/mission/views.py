@@ -92,7 +92,7 @@ class LiveView:
         """Return the present state."""
         journal, frame = self._context.journal, self._context.roster.frame
         sortie = self._state.sortie
-        settings, limits, search = sortie.context.settings, sortie.context.flight.limits, sortie.search
+        settings, limits, search = sortie.context.settings, sortie.context.bounds.limits, sortie.search
         tracker, progress = search.decider.tracker, search.decider.progress
         target = tracker.estimate()
         fence_enu_m = () if limits is None else limits.fence_enu_m

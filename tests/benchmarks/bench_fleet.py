@@ -33,6 +33,7 @@ from aos_gcs.config.model import ApiConfig
 from aos_gcs.errors import CommandError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.mission.coordinator import Coordinator
+from aos_gcs.mission.fleet.bounds import FlightBounds
 from aos_gcs.mission.fleet.flight import FlightControl
 from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.health import LoopMonitor
@@ -122,10 +123,12 @@ async def goto(rounds: int, count: int = 50) -> None:
             roster = Roster(fleet, clock)
             roster.refresh()
             roster.frame = LocalFrame(HOME)
-            flight = FlightControl(roster, clock, Journal(clock), FlightSettings(), Deadlines())
-            flight.limits = SafetyLimits(
+            settings = FlightSettings()
+            limits = SafetyLimits(
                 fence_enu_m=((-1e3, -1e3), (1e3, -1e3), (1e3, 1e3), (-1e3, 1e3)), floor_m=5.0, ceiling_m=500.0
             )
+            bounds = FlightBounds(settings.arrival_radius_m, limits)
+            flight = FlightControl(roster, clock, Journal(clock), settings, Deadlines(), bounds=bounds)
             members = roster.members()
             for member in members:
                 roster.assign(member, Task.SWARM)

@@ -226,7 +226,7 @@ class World:
         if self._steps % EVERY:
             return
         if self.station is not None:
-            self._airspace.set_limits(self.station.mission.sortie.context.flight.limits)
+            self._airspace.set_limits(self.station.mission.sortie.context.bounds.limits)
         rows = zip(self.swarm.vehicles, position_enu_m.tolist(), self.swarm._kinematics, strict=True)
         for vehicle, true_enu_m, kinematics in rows:
             vehicle_id, flight = vehicle.system_id, vehicle.autopilot.flight

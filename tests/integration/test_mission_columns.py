@@ -12,6 +12,7 @@ import pytest
 from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.clock import LoopClock
 from aos_gcs.geometry.geodesy import LocalFrame
+from aos_gcs.mission.fleet.bounds import FlightBounds
 from aos_gcs.mission.fleet.flight import FlightControl
 from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.fleet.watches.ways import WayWatch
@@ -46,8 +47,9 @@ class Passing:
         roster = Roster(self.fleet, clock)
         roster.refresh()
         roster.frame = LocalFrame(ORIGIN)
-        self.control = FlightControl(roster, clock, Journal(clock), FlightSettings(), Deadlines(transfer_s=20.0))
-        self.control.limits = LIMITS
+        settings, deadlines = FlightSettings(), Deadlines(transfer_s=20.0)
+        self.bounds = FlightBounds(settings.arrival_radius_m, LIMITS)
+        self.control = FlightControl(roster, clock, Journal(clock), settings, deadlines, bounds=self.bounds)
         self.mover, self.other = self.fleet.members[1], self.fleet.members[2]
         places = zip(roster.members(), (self.mover, self.other), ((*mover, 35.0), (*other, 39.0)), strict=True)
         for member, vehicle, place in places:
@@ -104,9 +106,8 @@ async def test_where_one_side_is_barred_it_takes_the_other_and_where_both_are_it
         passing = Passing((0.0, 30.0), (-0.2, 20.0))
         passing.take_over()
         west_m, east_m = narrow_on
-        passing.control.limits = replace(
-            passing.control.limits, fence_enu_m=((west_m, -9.0), (east_m, -9.0), (east_m, 60.0), (west_m, 60.0))
-        )
+        narrow = ((west_m, -9.0), (east_m, -9.0), (east_m, 60.0), (west_m, 60.0))
+        passing.bounds.set(replace(LIMITS, fence_enu_m=narrow))
         await passing.fly_home()
         assert np.allclose(passing.mover.position_enu_m(), HOME, atol=0.5) == is_home
         assert passing.beside_m() >= SEPARATION_M + 1.0
@@ -144,8 +145,9 @@ async def test_vehicles_stacked_with_a_lost_one_fly_home(seed: int) -> None:
     roster = Roster(fleet, clock)
     roster.refresh()
     roster.frame = LocalFrame(ORIGIN)
-    control = FlightControl(roster, clock, Journal(clock), FlightSettings(), Deadlines())
-    control.limits = LIMITS
+    settings = FlightSettings()
+    bounds = FlightBounds(settings.arrival_radius_m, LIMITS)
+    control = FlightControl(roster, clock, Journal(clock), settings, Deadlines(), bounds=bounds)
     lost, goals_enu_m = int(rng.integers(1, 5)), {}
     for row, member in enumerate(roster.members()):
         vehicle, layer_m = fleet.members[member.vehicle_id], 35.0 + 4.0 * row

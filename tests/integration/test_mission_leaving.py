@@ -13,6 +13,7 @@ from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.airspace.waypoints import WaypointVerdict
 from aos_gcs.clock import LoopClock
 from aos_gcs.geometry.geodesy import LocalFrame
+from aos_gcs.mission.fleet.bounds import FlightBounds
 from aos_gcs.mission.fleet.flight import FlightControl
 from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.journal import Journal
@@ -118,10 +119,12 @@ async def test_others_keep_clear_of_the_paths_of_a_failsafe(
     roster = Roster(fleet, clock)
     roster.refresh()
     roster.frame = LocalFrame(ORIGIN)
-    control = FlightControl(roster, clock, Journal(clock), FlightSettings(), deadlines)
-    control.limits = SafetyLimits(
+    settings = FlightSettings()
+    limits = SafetyLimits(
         fence_enu_m=np.array([[-99.0, -99.0], [99.0, -99.0], [99.0, 99.0], [-99.0, 99.0]]), floor_m=20.0, ceiling_m=60.0
     )
+    bounds = FlightBounds(settings.arrival_radius_m, limits)
+    control = FlightControl(roster, clock, Journal(clock), settings, deadlines, bounds=bounds)
     mover, other = roster.members()
     for member, position_enu_m in ((mover, [0.0, 40.0, 35.0]), (other, [0.0, 20.0, 39.0])):
         vehicle = fleet.members[member.vehicle_id]

@@ -68,7 +68,7 @@ async def test_a_spare_of_the_relay_outside_of_the_launch_points_leaves_the_limi
         await flight.until(lambda: len(flight.view.steps()) == 1)
         if is_confirmed_since:
             await flight.commands.act(Action.READY, (4,))
-        last, limits = flight.view.snapshot(), flight.mission.sortie.context.flight.limits
+        last, limits = flight.view.snapshot(), flight.mission.sortie.context.bounds.limits
         await flight.commands.act(Action.ABORT, None)
         await run
     former = FormerFlight(last, None, 0.0)

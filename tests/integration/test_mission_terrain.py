@@ -91,15 +91,15 @@ async def test_the_flight_knows_hills_beside_the_plan(tmp_path: Path) -> None:
     flight = prepare(n=2, auto_start=False, terrain=model(tmp_path, hill(45.0, 40.0, 40.0, radius_m=10.0)))
     async with flying(flight) as run:
         await flight.until(lambda: flight.mission.phase is Phase.READY)
-        control = flight.mission.sortie.context.flight
-        assert control.limits is not None
-        assert control.limits.above_ground is not None
-        assert control.ground is not None
-        lowest_m, highest_m = control.ground.bounds_at(np.array([[45.0, 40.0]]))
+        bounds = flight.mission.sortie.context.bounds
+        assert bounds.limits is not None
+        assert bounds.limits.above_ground is not None
+        assert bounds.ground is not None
+        lowest_m, highest_m = bounds.ground.bounds_at(np.array([[45.0, 40.0]]))
         assert 30.0 < lowest_m[0] <= highest_m[0] < 41.0
         asked = request(1, (0.0, 40.0, 35.0), (45.0, 40.0, 35.0))
-        situation = TrafficSituation(limits=control.limits, arrival_radius_m=0.5, movable=(asked,))
-        (record,) = vet_plan({1: asked.requested_enu_m}, situation, control.detours, control.ground)
+        situation = TrafficSituation(limits=bounds.limits, arrival_radius_m=0.5, movable=(asked,))
+        (record,) = vet_plan({1: asked.requested_enu_m}, situation, bounds.detours, bounds.ground)
         assert record.verdict is WaypointVerdict.SHORTENED
         assert "above the ground at" in record.reason
         await flight.commands.act(Action.ABORT, None)

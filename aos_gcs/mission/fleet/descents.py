@@ -71,7 +71,7 @@ def blocks_descent(context: FlightContext, member: Member, ignored: frozenset[in
     if tops_enu_m is None:
         return None
     bottoms_enu_m = tops_enu_m.copy()
-    bottoms_enu_m[:, 2] = np.minimum(context.flight.bottom_m, tops_enu_m[:, 2])
+    bottoms_enu_m[:, 2] = np.minimum(context.bounds.bottom_m, tops_enu_m[:, 2])
     return context.flight.blocks_path(member, tops_enu_m, bottoms_enu_m, ignored)
 
 
@@ -99,7 +99,7 @@ async def clear_columns(context: FlightContext, members: Sequence[Member]) -> No
         for member in members
         if member.airborne and member.follows_us and (way := way_to_rest(context, member)) is not None
     }
-    if context.flight.limits is None or not located:
+    if context.bounds.limits is None or not located:
         return
     targets_m = _clear_places(context, [member for member, _ in located.values()], [p for _, p in located.values()])
     if all(np.array_equal(targets_m[vehicle_id], place[:2]) for vehicle_id, (_, place) in located.items()):
@@ -150,7 +150,7 @@ def _clear_places(
 
 def is_within(context: FlightContext, places_m: FloatArray) -> NDArray[np.bool_]:
     """Return which places, shape (n, 2), keep the margins of the geofence and of all no-go zones."""
-    limits = context.flight.limits
+    limits = context.bounds.limits
     is_inside = np.ones(len(places_m), dtype=bool)
     for boundary in () if limits is None else limits.boundaries():
         is_inside &= boundary.depths_m(places_m) >= boundary.margin_m
@@ -189,7 +189,7 @@ def near_standing(context: FlightContext, member: Member, places_m: FloatArray) 
     At its own landing place a vehicle lands beside those that stand as near as launch points are, and no nearer than
     the separation. Anywhere else, what landings err by is added.
     """
-    limits, own_enu_m = context.flight.limits, landing_place_enu_m(member)
+    limits, own_enu_m = context.bounds.limits, landing_place_enu_m(member)
     if limits is None:
         return {}
     is_own = np.zeros(len(places_m), dtype=bool)
@@ -210,7 +210,7 @@ def _standing(context: FlightContext, member: Member) -> dict[int, tuple[FloatAr
 
     One that is not heard any more stands where it was heard last.
     """
-    limits, roster, flight = context.flight.limits, context.roster, context.flight
+    limits, roster, flight = context.bounds.limits, context.roster, context.flight
     if limits is None:
         return {}
     standing = {}

@@ -9,16 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.airspace.accuracy import Accuracy, beside_errors_m
-from aos_gcs.airspace.detours import Detours
-from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.airspace.plans import TrafficSituation, vet_plan
 from aos_gcs.airspace.reference_surface import LEVEL
-from aos_gcs.airspace.terrain import GroundRaster
 from aos_gcs.airspace.traffic import ALL_ADMITTED, Admission, Obstacle, Traffic, WaypointRequest
 from aos_gcs.airspace.vetting import vet_waypoints
 from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict
 from aos_gcs.errors import CommandError, CommandRefusedError
 from aos_gcs.mission.fleet.accuracies import accuracy_on_paths
+from aos_gcs.mission.fleet.bounds import FlightBounds
 from aos_gcs.mission.fleet.motion import (
     destination_enu_m,
     hovers_at_waypoint,
@@ -42,30 +40,33 @@ _SWARM = frozenset({Task.SWARM})
 
 
 class FlightControl:
-    """The only place from which a mission commands its vehicles."""
+    """The only place from which a mission commands its vehicles.
+
+    Args:
+        roster: vehicles of the mission.
+        clock: clock of the station.
+        journal: told of commands that fail.
+        settings: speeds, layers and arrival.
+        deadlines: time limits of commands and transfers.
+        bounds: limits that waypoints are vetted against.
+    """
 
     def __init__(
-        self, roster: Roster, clock: Clock, journal: Journal, settings: FlightSettings, deadlines: Deadlines
+        self,
+        roster: Roster,
+        clock: Clock,
+        journal: Journal,
+        settings: FlightSettings,
+        deadlines: Deadlines,
+        *,
+        bounds: FlightBounds,
     ) -> None:
         self._roster = roster
         self._clock = clock
         self._journal = journal
         self._settings = settings
         self._deadlines = deadlines
-        self._limits: SafetyLimits | None = None
-        self.ground: GroundRaster | None = None
-        """Ground that the limits refer to; None: it counts as level."""
-        self._detours: Detours | None = None
-
-    @property
-    def limits(self) -> SafetyLimits | None:
-        """Safety limits, set by preflight; without them no waypoint is sent."""
-        return self._limits
-
-    @limits.setter
-    def limits(self, limits: SafetyLimits) -> None:
-        self._limits = limits
-        self._detours = Detours(limits.boundaries(), self._settings.arrival_radius_m)
+        self._bounds = bounds
 
     async def command(
         self, member: Member, command: Command, timeout_s: float | None = None, *, is_repeated: bool = False
@@ -130,7 +131,8 @@ class FlightControl:
         """
         situation = self.situation(requests, tasks, returning=returning)
         # Without the surface no waypoint is in a layer: what is asked for is a place of its own.
-        return vet_plan(requests, situation, self.detours, self.ground, self._roster.layers.surface or LEVEL)
+        bounds, surface = self._bounds, self._roster.layers.surface or LEVEL
+        return vet_plan(requests, situation, bounds.detours, bounds.ground, surface)
 
     def situation(
         self, vehicle_ids: Iterable[int], tasks: frozenset[Task] = _SWARM, *, returning: bool = False
@@ -140,44 +142,28 @@ class FlightControl:
         Raises:
             RuntimeError: there are no limits yet; a defect of the caller.
         """
-        if self._limits is None:
-            raise RuntimeError("no safety limits: preflight has not passed")
-        members = self._roster.select(vehicle_ids)
+        limits, members = self._bounds.in_force, self._roster.select(vehicle_ids)
         movable = tuple(
             self._request(member, position_enu_m, position_enu_m, returning=returning)
             for member in members
             if is_ours(member, tasks) and (position_enu_m := self._roster.position_enu_m(member)) is not None
         )
         return TrafficSituation(
-            limits=self._limits,
+            limits=limits,
             arrival_radius_m=self._settings.arrival_radius_m,
             movable=movable,
             left={member.vehicle_id: why_left(member) for member in members if not is_ours(member, tasks)},
             obstacles=tuple(self._obstacles({request.vehicle_id for request in movable})),
         )
 
-    @property
-    def detours(self) -> Detours:
-        """Admissible paths within the limits.
-
-        Raises:
-            RuntimeError: there are no limits yet; a defect of the caller.
-        """
-        if self._detours is None:
-            raise RuntimeError("no safety limits: preflight has not passed")
-        return self._detours
-
     def accuracy(self, member: Member) -> Accuracy:
         """Return the accuracy of a vehicle's position that paths of others take into account."""
-        if self._limits is None:
-            raise RuntimeError("no safety limits: preflight has not passed")
-        return accuracy_on_paths(member, self._limits.separation_m, self._settings.layer_spacing_m)
+        return accuracy_on_paths(member, self._bounds.in_force.separation_m, self._settings.layer_spacing_m)
 
     def clearance_m(self, members: Iterable[Member]) -> float:
         """Return how far apart side by side these vehicles have to be, by the least accurate of them."""
-        if self._limits is None:
-            raise RuntimeError("no safety limits: preflight has not passed")
-        return self._limits.separation_m + max((beside_errors_m(self.accuracy(one)) for one in members), default=0.0)
+        separation_m = self._bounds.in_force.separation_m
+        return separation_m + max((beside_errors_m(self.accuracy(one)) for one in members), default=0.0)
 
     def vet_climbs(self, members: Iterable[Member]) -> dict[int, str]:
         """Return why vehicles on the ground must not climb to their layers, by id; those that may are left out.
@@ -185,9 +171,7 @@ class FlightControl:
         Raises:
             RuntimeError: there are no limits or layers yet; a defect of the caller.
         """
-        if self._limits is None:
-            raise RuntimeError("no safety limits: preflight has not passed")
-        requests, barred = [], {}
+        limits, requests, barred = self._bounds.in_force, [], {}
         for member in members:
             column_enu_m, position_enu_m = self._roster.own_column_enu_m(member), self._roster.position_enu_m(member)
             if column_enu_m is None or position_enu_m is None:
@@ -195,7 +179,7 @@ class FlightControl:
                 continue
             requests.append(self._request(member, position_enu_m, column_enu_m))
         obstacles = self._obstacles({request.vehicle_id for request in requests})
-        vetted = vet_waypoints(requests, obstacles, self._limits, self.ground)
+        vetted = vet_waypoints(requests, obstacles, limits, self._bounds.ground)
         refused = [record for record in vetted if record.verdict is not WaypointVerdict.SENT]
         return barred | {record.vehicle_id: f"it cannot climb to its layer, {record.reason}" for record in refused}
 
@@ -230,7 +214,7 @@ class FlightControl:
         position_enu_m = self._roster.position_enu_m(member)
         if not member.airborne or position_enu_m is None:
             return None
-        accuracy, bottom_m = self.accuracy(member), self.bottom_m
+        accuracy, bottom_m = self.accuracy(member), self._bounds.bottom_m
         return obstacle_of(member, position_enu_m, self._roster, self._settings, accuracy=accuracy, bottom_m=bottom_m)
 
     def rest_of_way(self, member: Member, others: Iterable[Member], tolerance_m: float) -> Admission:
@@ -245,11 +229,12 @@ class FlightControl:
             tolerance_m: distance by which it may be too near to them.
         """
         position_enu_m, end_enu_m = self._roster.position_enu_m(member), destination_enu_m(member, self._settings)
-        if self._limits is None or position_enu_m is None or end_enu_m is None:
+        limits = self._bounds.limits
+        if limits is None or position_enu_m is None or end_enu_m is None:
             return ALL_ADMITTED
         obstacles = [obstacle for other in others if (obstacle := self._obstacle(other)) is not None]
         request = self._request(member, position_enu_m, end_enu_m)
-        traffic = Traffic([request], obstacles, self._limits.separation_m - tolerance_m)
+        traffic = Traffic([request], obstacles, limits.separation_m - tolerance_m)
         stop = stop_enu_m(member, position_enu_m, self._roster, self._settings)
         start_enu_m = position_enu_m if stop is None else (position_enu_m + stop) / 2.0
         return traffic.admissible(member.vehicle_id, start_enu_m, end_enu_m)
@@ -269,17 +254,12 @@ class FlightControl:
             end_enu_m: end of the path, the same shape.
             ignored: ids of other vehicles that do not count.
         """
-        if self._limits is None:
+        if (limits := self._bounds.limits) is None:
             return None
         for obstacle in self._obstacles({member.vehicle_id} | ignored):
-            if obstacle.is_near(start_enu_m, end_enu_m, self.accuracy(member), self._limits.separation_m):
+            if obstacle.is_near(start_enu_m, end_enu_m, self.accuracy(member), limits.separation_m):
                 return obstacle.vehicle_id
         return None
-
-    @property
-    def bottom_m(self) -> float:
-        """Height above the origin down to which vehicles may descend."""
-        return 0.0 if self.ground is None else min(0.0, self.ground.bottom_m)
 
     def _battery_per_m(self, member: Member) -> float | None:
         per_s = member.battery.per_s
@@ -379,9 +359,9 @@ class FlightControl:
         return pending()
 
     def _reachable(self, place_enu_m: NDArray[np.float64]) -> NDArray[np.float64]:
-        if self._detours is None:
+        if self._bounds.limits is None:
             return place_enu_m
-        return self._roster.layers.moved(place_enu_m, self._detours.reachable(place_enu_m[:2]))
+        return self._roster.layers.moved(place_enu_m, self._bounds.detours.reachable(place_enu_m[:2]))
 
     def is_at(self, member: Member, target_enu_m: NDArray[np.float64]) -> bool:
         """Return whether the vehicle was sent to this very place, shape (3,), and hovers there."""

@@ -105,7 +105,7 @@ class Joining:
 
     def _find_place(self, member: Member) -> Refusal | None:
         """Give the vehicle its launch point and the lowest free layer."""
-        context, limits, roster = self._context, self._context.flight.limits, self._context.roster
+        context, limits, roster = self._context, self._context.bounds.limits, self._context.roster
         home_enu_m = find_launch_place(context, member)
         if isinstance(home_enu_m, Refusal):
             return home_enu_m

@@ -66,7 +66,7 @@ class LandingPlaces:
 
     def _choose(self, member: Member, home_enu_m: FloatArray, centre_enu_m: FloatArray) -> bool:
         """Give a vehicle the free spot that is nearest to a place; without one, it keeps its launch point."""
-        context, limits = self._context, self._context.flight.limits
+        context, limits = self._context, self._context.bounds.limits
         if limits is None:
             return False
         members = context.roster.members()

@@ -17,7 +17,7 @@ def in_launch_columns(context: FlightContext) -> list[Member]:
     Launch points lie apart, so that descents there do not come nearer to one another. Before there are limits, no
     vehicle is in such a column.
     """
-    roster, limits = context.roster, context.flight.limits
+    roster, limits = context.roster, context.bounds.limits
     if limits is None:
         return []
     low = [member for member in roster.airborne() if _is_low_at_home(context, member, limits.separation_m)]

@@ -61,7 +61,7 @@ def find_launch_place(context: FlightContext, member: Member) -> NDArray[np.floa
 
 def _near_launch_point(context: FlightContext, member: Member, place_enu_m: NDArray[np.float64]) -> Refusal | None:
     """Return why a vehicle must not take off for the launch points of others, where they may land; None if it may."""
-    limits = context.flight.limits
+    limits = context.bounds.limits
     for other in context.roster.members():
         if limits is None or other is member or other.home_enu_m is None or not context.roster.may_fly(other):
             continue
@@ -109,7 +109,7 @@ def _difference(context: FlightContext, member: Member, assumed_offset_m: float,
 
 def _rise_m(context: FlightContext, known_enu_m: NDArray[np.float64], here_enu_m: NDArray[np.float64]) -> float | None:
     """Return how much the ground rises from one place to another by the elevation model; None if it does not say."""
-    model = context.flight.ground
+    model = context.bounds.ground
     if model is None:
         return None
     rise_m = model.model_height_m(here_enu_m[:2]) - model.model_height_m(known_enu_m[:2])

@@ -119,7 +119,7 @@ class Monitor:
                 ):
                     group.create_task(self._hold_found(member))
                 self._watch_all_lost()
-                for member in self._proximity.look(self._context.flight.limits):
+                for member in self._proximity.look(self._context.bounds.limits):
                     group.create_task(self._hold(member))
                 for member in self._ways.look(self._context.flight):
                     group.create_task(self._context.flight.command(member, member.safety_hold or Hold()))
@@ -175,11 +175,11 @@ class Monitor:
 
     def _watch_altitudes(self) -> None:
         context = self._context
-        if (limits := context.flight.limits) is not None:
+        if (limits := context.bounds.limits) is not None:
             spacing_m = context.settings.flight.layer_spacing_m
             inaccurate = self._accuracies.look(limits.separation_m, spacing_m)
             self._wrong_altitudes = inaccurate | self._altitudes.look(limits.separation_m, spacing_m)
-        self._heights.look(limits, context.flight.ground)
+        self._heights.look(limits, context.bounds.ground)
 
     def _measure_battery(self, member: Member) -> None:
         if not member.airborne:
@@ -245,7 +245,7 @@ class Monitor:
         return is_first
 
     def _battery_problem(self, member: Member) -> str | None:
-        limits, battery = self._context.flight.limits, member.state.battery_fraction
+        limits, battery = self._context.bounds.limits, member.state.battery_fraction
         if limits is None or battery is None:
             return None
         silence_s = self._condition.battery_silence_s(member)

@@ -196,7 +196,7 @@ class Relay:
 
     def lasts_s(self, member: Member) -> float | None:
         """Return how long a vehicle can stay before it has to leave for home; None while its discharge is not known."""
-        limits, battery, per_s = self._context.flight.limits, member.state.battery_fraction, member.battery.per_s
+        limits, battery, per_s = self._context.bounds.limits, member.state.battery_fraction, member.battery.per_s
         if limits is None or battery is None or per_s is None:
             return None
         if per_s <= 0.0:

@@ -224,7 +224,7 @@ class Inspector:
         return is_new or self._context.clock.now_s() >= subject.due_s
 
     def _planned_fence(self, member: Member) -> Geofence | None:
-        limits, frame, home = self._flight().flight.limits, self._context.roster.frame, member.state.home
+        limits, frame, home = self._flight().bounds.limits, self._context.roster.frame, member.state.home
         if limits is None or frame is None or home is None or not self._is_to_fly(member):
             return None
         home_enu_m = frame.to_enu(home) if member.home_enu_m is None else member.home_enu_m

@@ -273,13 +273,13 @@ class StepWork:
     ) -> tuple[Decision, StepRecord, DecisionRecord]:
         """Decide, and return the records of the step and of all that the decision depended on."""
         edits = () if group is Group.SCAN else self.log.take_edits()
-        flight, surface = self._context.flight, self._context.roster.layers.known_surface()
+        bounds, surface = self._context.bounds, self._context.roster.layers.known_surface()
         decision = self._decider.decide(
             phase,
             situation,
-            flight.detours,
+            bounds.detours,
             analysis,
-            flight.ground,
+            bounds.ground,
             surface=surface,
             may_sweep=may_sweep,
             group=group,

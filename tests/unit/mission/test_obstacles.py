@@ -11,6 +11,7 @@ from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.airspace.waypoints import WaypointVerdict
 from aos_gcs.clock import LoopClock
 from aos_gcs.geometry.geodesy import LocalFrame
+from aos_gcs.mission.fleet.bounds import FlightBounds
 from aos_gcs.mission.fleet.flight import FlightControl
 from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.journal import Journal
@@ -37,11 +38,13 @@ def lost_on_its_way(
     roster = Roster(fleet, clock)
     roster.refresh()
     roster.frame = LocalFrame(ORIGIN)
-    control = FlightControl(roster, clock, Journal(clock), FlightSettings(), Deadlines())
     far_m = 900.0
-    control.limits = SafetyLimits(
+    settings = FlightSettings()
+    limits = SafetyLimits(
         fence_enu_m=((-far_m, -far_m), (far_m, -far_m), (far_m, far_m), (-far_m, far_m)), floor_m=20.0, ceiling_m=60.0
     )
+    bounds = FlightBounds(settings.arrival_radius_m, limits)
+    control = FlightControl(roster, clock, Journal(clock), settings, Deadlines(), bounds=bounds)
     mover, other = roster.members()
     fleet.members[1].start_enu_m = fleet.members[1].goal_enu_m = np.array([east_m, north_m, height_m])
     vehicle = fleet.members[2]

@@ -142,7 +142,7 @@ class Sampler:
 
     def why_not_placed(self, member: Member) -> Refusal | None:
         """Return why it is not known where a vehicle is; None if it is."""
-        limits, age_s = self._context.flight.limits, self._context.roster.position_age_s(member)
+        limits, age_s = self._context.bounds.limits, self._context.roster.position_age_s(member)
         if age_s is None or (limits is not None and age_s > limits.max_position_age_s):
             return Refusal("no position yet" if age_s is None else f"its last position is {age_s:.1f} s old")
         return None

@@ -192,7 +192,7 @@ class Vision:
     ) -> tuple[PersonWatch, dict[int, Judgement]]:
         usable = self.frames(analysis)
         settings, grid = self._context.settings, analysis.grid
-        ground = ground_in_view(settings, self._context.flight.ground, grid)
+        ground = ground_in_view(settings, self._context.bounds.ground, grid)
         return await self._run(
             watch_persons, self._persons, usable, grid.height_m, places_enu_m, settings.uncertainty, ground=ground
         )
@@ -204,7 +204,7 @@ class Vision:
 
     def _follow_ground(self, places_enu_m: Sequence[Sequence[float] | NDArray[np.float64]]) -> None:
         """Note the mean height of the ground at places; where none of it is known, the former one stays."""
-        ground = self._context.flight.ground
+        ground = self._context.bounds.ground
         if ground is None or not self._context.settings.focus_follows_ground:
             return
         heights_m = ground.heights_at(np.array([place_m[:2] for place_m in places_enu_m]))

@@ -84,5 +84,5 @@ class CoveredGround:
     def _map(self, step: int, analysis: StepAnalysis, placed: Sequence[Frame]) -> None:
         """Hand frames over to the map of the searched ground."""
         if self._ground.is_on:
-            ground = ground_in_view(self._context.settings, self._context.flight.ground, analysis.grid)
+            ground = ground_in_view(self._context.settings, self._context.bounds.ground, analysis.grid)
             self._ground.offer(step, placed, Plane(analysis.grid.height_m) if ground is None else ground)
