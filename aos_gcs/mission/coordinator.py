@@ -7,7 +7,6 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.errors import AosError
 from aos_gcs.mission.actions import ActionHandler
 from aos_gcs.mission.auto_start import AutoStart
@@ -33,7 +32,7 @@ from aos_gcs.mission.relaying import keep_relay
 from aos_gcs.mission.search.gallery import Gallery
 from aos_gcs.mission.search.ground.mapping import GroundMapping, GroundPlace
 from aos_gcs.mission.search.targets.findings import Findings
-from aos_gcs.mission.sortie import Sortie
+from aos_gcs.mission.sortie import Sortie, TakenUp
 from aos_gcs.mission.suspending import SuspensionState
 from aos_gcs.mission.take_up import TakeUp
 from aos_gcs.mission.views import LiveView
@@ -119,7 +118,7 @@ class Coordinator:
         self.commands = LiveCommands(self._context, self, actions, self.view, self._findings)
 
     def _make_sortie(
-        self, settings: MissionSettings, focus_override_m: float | None, limits: SafetyLimits | None = None
+        self, settings: MissionSettings, focus_override_m: float | None, taken_up: TakenUp | None = None
     ) -> Sortie:
         return Sortie(
             self._context,
@@ -131,7 +130,7 @@ class Coordinator:
             ground=self._ground,
             left_for_later=() if self._following is None else self._following.left_for_later,
             focus_override_m=focus_override_m,
-            limits=limits,
+            taken_up=taken_up,
         )
 
     @property
@@ -190,15 +189,13 @@ class Coordinator:
         self.sortie = self._make_sortie(settings, self.sortie.vision.focus_override_m)
         self.redirect(Phase.CONNECT)
 
-    def go_on_held(self, settings: MissionSettings, limits: SafetyLimits) -> Sortie:
-        """Go on with a flight in the air by these settings and limits, held, and return its sortie."""
-        self.sortie = self._make_sortie(settings, None, limits)
-        self.sortie.relay.trusts_names = False
+    def go_on_held(self, settings: MissionSettings, taken_up: TakenUp) -> None:
+        """Go on with a flight in the air by these settings, held."""
+        self.sortie = self._make_sortie(settings, None, taken_up)
         # Resumed, all fly straight up or down into their layers first.
         self.redirect(Phase.TAKEOFF)
         self.suspend(Suspension.HELD)
         self._ground.take_up()
-        return self.sortie
 
     def begin_new_sortie(self) -> None:
         """Make room for another sortie: ``stay`` ends."""

@@ -7,7 +7,6 @@ from typing import Protocol
 
 import numpy as np
 
-from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.airspace.reference_surface import LEVEL
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.mission.context import MissionContext
@@ -15,7 +14,7 @@ from aos_gcs.mission.former_flight import FormerFlight
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.phases import BEFORE_START
 from aos_gcs.mission.preflight.terrain import survey_terrain
-from aos_gcs.mission.sortie import Sortie
+from aos_gcs.mission.sortie import Sortie, TakenUp
 from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.ports import Severity
 
@@ -32,8 +31,8 @@ class TakingUp(Protocol):
         """The sortie by the present plan."""
         ...
 
-    def go_on_held(self, settings: MissionSettings, limits: SafetyLimits) -> Sortie:
-        """Go on with a flight in the air by these settings and limits, held, and return its sortie."""
+    def go_on_held(self, settings: MissionSettings, taken_up: TakenUp) -> None:
+        """Go on with a flight in the air by these settings, held."""
         ...
 
 
@@ -106,9 +105,7 @@ class TakeUp:
         self._context.roster.move_origin(origin)
         self._context.roster.ground = former.ground()
         self._context.roster.layers.surface = None if settings.layers_follow_ground else LEVEL
-        sortie = self._flow.go_on_held(settings, limits)
-        sortie.search.decider.progress.take_up(former.legs, former.last.leg)
-        sortie.search.decider.choice.take_up(former.last.left_for_later)
+        self._flow.go_on_held(settings, TakenUp(limits, former.legs, former.last.leg, former.last.left_for_later))
         self._attach(former)
         journal.start_timing(former.last.elapsed_s)
         journal.set_message(f"Mission {mission_id} taken up in the air. Resume, return or land.")

@@ -133,12 +133,12 @@ class LiveView:
 
     def _vehicles(self) -> tuple[VehicleSnapshot, ...]:
         roster, sortie = self._context.roster, self._state.sortie
-        cameras, relay = sortie.search.covered_ground.cameras, sortie.relay
+        cameras, replacements = sortie.search.covered_ground.cameras, sortie.replacements
         return tuple(
             replace(
                 _snapshot_of(roster, member),
                 camera=cameras.of(member.vehicle_id),
-                is_ready=relay.is_ready(member) if relay.is_waited_for(member) else None,
+                is_ready=replacements.is_ready(member) if replacements.is_waited_for(member) else None,
             )
             for member in roster.members()
         )

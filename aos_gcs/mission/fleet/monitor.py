@@ -88,7 +88,7 @@ class Monitor:
 
     def end(self) -> None:
         """Note that the mission is over: whoever is in the air then, or is heard again, is led home on its own."""
-        self._is_over, self._returning().is_for_all = True, False
+        self._is_over = True
 
     async def run(self) -> None:
         """Watch until cancelled."""
@@ -208,7 +208,8 @@ class Monitor:
         if self._is_over and self._is_told_down(member):
             return None
         if member.task is Task.RETURNING and not member.is_held_by_order:
-            return None if self._returning().is_for_all else "it has not arrived yet"
+            is_led = self._returning().is_for_all and not self._is_over
+            return None if is_led else "it has not arrived yet"
         if member.task not in {Task.SWARM, Task.HELD, Task.JOINING, Task.RETURNING}:
             return None
         if self._is_over and member.task is Task.HELD and not member.is_held_by_order:

@@ -14,10 +14,11 @@ from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.fleet.energy import CLIMB_MPS, time_home_s
 from aos_gcs.mission.fleet.joining import Joining, Relief
 from aos_gcs.mission.fleet.relief_plan import relief_times_s
+from aos_gcs.mission.fleet.replacements import Replacements
 from aos_gcs.mission.fleet.return_and_land import ReturnAndLand
 from aos_gcs.mission.fleet.roster import Member
 from aos_gcs.mission.model.actions import Refusal
-from aos_gcs.mission.model.vehicles import TASK_NAMES, Task
+from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.ports import Severity
 
 APART_S = 20.0
@@ -42,6 +43,7 @@ class Relay:
         context: context of the flight.
         joining: brings replacements.
         returning: sends relieved vehicles home.
+        replacements: knows which vehicles on the ground may take off.
         search_left_s: returns how long the rest of the search takes; None while that is not known.
     """
 
@@ -50,88 +52,31 @@ class Relay:
         context: FlightContext,
         joining: Joining,
         returning: ReturnAndLand,
+        replacements: Replacements,
         *,
         search_left_s: Callable[[], float | None],
     ) -> None:
         self._context = context
         self._joining = joining
         self._returning = returning
+        self._replacements = replacements
         self._search_left_s = search_left_s
         self._relieved: dict[int, Member] = {}
         """Vehicle that each replacement on its way is to relieve, by the replacement's id."""
         self._again_at_s: dict[int, float] = {}
         self._refused: dict[int, str] = {}
         """Reason that was reported last why a vehicle could not take off, by id."""
-        self._down_since_s: dict[int, float] = {}
-        self.trusts_names = True
-        """Whether vehicles that the plan names count as confirmed until they have flown; not after a restart."""
-
-    # --- which ones may take off --------------------------------------------------------------------------------------
-
-    @property
-    def is_on(self) -> bool:
-        """Whether any vehicle may take the place of another."""
-        return self._context.settings.relay.enabled or any(
-            member.is_ready is not None for member in self._context.roster.members()
-        )
-
-    @property
-    def _is_simulated(self) -> bool:
-        settings = self._context.settings
-        return settings.any_vehicles and settings.relay.enabled
-
-    def is_ready(self, member: Member) -> bool:
-        """Return whether a vehicle on the ground is confirmed: a new battery, and nobody near it."""
-        if member.task not in {Task.IDLE, Task.LANDED} or member.airborne:
-            return False
-        if member.is_ready is not None:
-            return member.is_ready
-        is_named = self._is_simulated or member.vehicle_id in self._context.settings.relay.vehicle_ids
-        return member.task is Task.IDLE and not member.is_chosen and self.trusts_names and is_named
-
-    def is_waited_for(self, member: Member) -> bool:
-        """Return whether the relay waits for a vehicle on the ground, or for the confirmation that it is ready."""
-        waits = member.task in {Task.IDLE, Task.LANDED} and not member.airborne
-        return waits and self.is_on and (member.task is Task.LANDED or not member.is_chosen)
-
-    @property
-    def may_relieve_any(self) -> bool:
-        """Whether a vehicle on the ground may take off for the relay, or is waited for to get another battery."""
-        return any(self.is_ready(member) or self.is_waited_for(member) for member in self._context.roster.members())
 
     def confirm(self, member: Member, *, is_ready: bool) -> Refusal | None:
         """Confirm that a vehicle may take off for the relay, or take that back."""
-        if is_ready and (member.airborne or member.state.armed):
-            return Refusal("is not on the ground with stopped motors")
-        if is_ready and member.task not in {Task.IDLE, Task.LANDED}:
-            return Refusal(f"is part of the mission already ({TASK_NAMES[member.task]})")
-        if not is_ready and (member.airborne or member.task is Task.JOINING):
-            return Refusal("has taken off, or is about to: hold, return or land it")
-        member.is_ready = is_ready
+        if (refusal := self._replacements.confirm(member, is_ready=is_ready)) is not None:
+            return refusal
         if not is_ready:
             # It may be among those that are being checked.
             self._joining.call_off()
         self._again_at_s.pop(member.vehicle_id, None)
         self._refused.pop(member.vehicle_id, None)
         return None
-
-    def _note_flights(self) -> None:
-        """Let each confirmation count for one take-off; in a simulation batteries are changed after a time."""
-        now_s, relay = self._context.clock.now_s(), self._context.settings.relay
-        for member in self._context.roster.members():
-            if member.airborne or member.task is Task.JOINING:
-                if member.is_ready or self.is_on:
-                    member.is_ready = False
-                self._down_since_s.pop(member.vehicle_id, None)
-            elif (
-                member.task is Task.LANDED
-                and self._is_simulated
-                and not member.is_ready
-                and now_s - self._down_since_s.setdefault(member.vehicle_id, now_s) >= relay.swap_s
-            ):
-                member.is_ready = True
-                text = "has another battery, and is ready to relieve others (simulated)"
-                self._context.journal.notice(Severity.INFO, text, member.vehicle_id)
 
     # --- which one is relieved when -----------------------------------------------------------------------------------
 
@@ -141,11 +86,11 @@ class Relay:
         Args:
             may_relieve: returns whether the search goes on, so that vehicles may take off for it.
         """
-        self._note_flights()
+        self._replacements.note_flights()
         roster = self._context.roster
         for vehicle_id in [key for key, _ in self._relieved.items() if not self._is_on_its_way(key)]:
             del self._relieved[vehicle_id]
-        ready = [member for member in roster.members() if self.is_ready(member)]
+        ready = [member for member in roster.members() if self._replacements.is_ready(member)]
         plan_s = self._plan_s(ready)
         for member in roster.members():
             member.leaves_in_s = plan_s.get(member.vehicle_id)
@@ -177,12 +122,12 @@ class Relay:
         left_s = self._time_left_s()
         if left_s is not None:
             lasts_s = {key: last_s for key, last_s in lasts_s.items() if last_s < 1.1 * left_s + _ENDS_SOON_S}
-        if not self.is_on:
+        if not self._replacements.is_on:
             return relief_times_s(lasts_s, 0, 0.0, 0.0)
         back = [
             member
             for member in self._context.roster.members(*_ON_THE_WAY_BACK)
-            if member.takes_part and not self.is_ready(member)
+            if member.takes_part and not self._replacements.is_ready(member)
         ]
         replacements = len(ready) + len(back) + len(self._relieved)
         wanted_s = {key: last_s - MARGIN_S for key, last_s in lasts_s.items()} if replacements else lasts_s
@@ -244,7 +189,7 @@ class Relay:
             self._relieved[member.vehicle_id] = relieved
         relief = Relief(
             relieved=relieved,
-            may_start=lambda: may_relieve() and self.is_ready(member),
+            may_start=lambda: may_relieve() and self._replacements.is_ready(member),
             on_joined=lambda: self._hand_over(member),
         )
         refusal = await self._joining.join(member, self._joining.order(may_relieve), relief)

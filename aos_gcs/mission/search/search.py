@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +11,7 @@ from aos_gcs.mission.context import FlightContext, MissionContext
 from aos_gcs.mission.fleet.layers import in_layers
 from aos_gcs.mission.fleet.roster import Member
 from aos_gcs.mission.handler_watch import WORK_S, sign_of_life
+from aos_gcs.mission.model.decisions import LeftPlace
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.search.decisions.decider import Decider
@@ -41,6 +43,8 @@ class Search:
         vision: analyses the frames.
         findings: findings of the mission.
         ground: map of the searched ground.
+        may_be_relieved: returns whether a vehicle on the ground may take off for the swarm, now or later.
+        left_for_later: places that were left for a later look before.
     """
 
     def __init__(
@@ -52,6 +56,8 @@ class Search:
         findings: Findings,
         *,
         ground: GroundMapping,
+        may_be_relieved: Callable[[], bool],
+        left_for_later: Sequence[LeftPlace] = (),
     ) -> None:
         self._context = context
         self._vision = vision
@@ -62,6 +68,7 @@ class Search:
             context.settings,
             context.journal,
             findings,
+            left_for_later=left_for_later,
             forget=vision.forget,
             covered_fraction=lambda: self.covered_ground.usable_fraction,
         )
@@ -80,7 +87,11 @@ class Search:
         self._splitting = Splitting(
             context, vision, self._sampler, self._work, decider=self.decider, pace=pace, suspension=suspension
         )
-        self.strength = SwarmStrength(context, lambda: self.covered_ground.covered_fraction)
+        self._strength = SwarmStrength(
+            context,
+            covered_fraction=lambda: self.covered_ground.covered_fraction,
+            may_be_relieved=may_be_relieved,
+        )
         self._on_legs_s, self._steps_counted = 0.0, 0
         self._gaps = GapFlights(context, ground, self.decider.progress)
 
@@ -111,7 +122,7 @@ class Search:
     async def line(self) -> Phase:
         """Form the line at the present place of the present leg."""
         context, progress = self._context, self.decider.progress
-        swarm = await self.strength.gather()
+        swarm = await self._strength.gather()
         if not swarm:
             return Phase.RETURN
         if not self.decider.choice.is_look_leg and self._gaps.is_enough and not self.decider.goes_on_to_looks():
@@ -124,7 +135,8 @@ class Search:
         late = await context.flight.transfer(
             in_layers(swarm, places_enu_m, context.roster.layers.known_surface()), frozenset({Task.SWARM})
         )
-        self._sweeping.is_under_way = self._splitting.is_under_way = False
+        self._sweeping.sent_elsewhere()
+        self._splitting.sent_elsewhere()
         for member in late:
             context.journal.notice(Severity.WARNING, "did not reach its place in the line in time", member.vehicle_id)
         self.decider.begin_line(leg)
@@ -160,7 +172,7 @@ class Search:
         groups as long as the look is in this phase.
         """
         await self._sweeping.stop()
-        if not (swarm := await self.strength.gather()):
+        if not (swarm := await self._strength.gather()):
             return Phase.RETURN
         if self._splitting.is_on:
             following = await self._splitting.make_steps(phase)
@@ -172,7 +184,7 @@ class Search:
     async def _make_step(self, phase: Phase, swarm: list[Member]) -> Phase:
         """Make a step of the whole swarm, and those of the sweep that it begins."""
         work = self._work
-        work.step += 1
+        work.begin_step()
         self._context.journal.set_message(f"Step {work.step}: capturing images.")
         clock, took_s = self._context.clock, dict[int, float]()
         begun_s = clock.now_s()

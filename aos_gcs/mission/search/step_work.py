@@ -110,10 +110,18 @@ class StepWork:
         self._blind_steps = 0
         self._problem = _NO_FRAME, ""
         """Why the latest step has led to no decision."""
-        self.step = 0
-        """Number of the present step."""
+        self._step = 0
         self.turn = asyncio.Lock()
         """Held by the group whose step is decided."""
+
+    @property
+    def step(self) -> int:
+        """Number of the present step."""
+        return self._step
+
+    def begin_step(self) -> None:
+        """Number the next step; in a split swarm, the group that has the turn does."""
+        self._step += 1
 
     async def work_on(
         self,

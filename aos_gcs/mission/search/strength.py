@@ -22,13 +22,20 @@ class SwarmStrength:
     Args:
         context: context of the flight.
         covered_fraction: returns the share of the area that was in a frame.
+        may_be_relieved: returns whether a vehicle on the ground may take off for the swarm, now or with another
+            battery.
     """
 
-    def __init__(self, context: FlightContext, covered_fraction: Callable[[], float | None]) -> None:
+    def __init__(
+        self,
+        context: FlightContext,
+        *,
+        covered_fraction: Callable[[], float | None],
+        may_be_relieved: Callable[[], bool],
+    ) -> None:
         self._context = context
         self._covered_fraction = covered_fraction
-        self.may_be_relieved: Callable[[], bool] = lambda: False
-        """Returns whether a vehicle on the ground may take off for the swarm, now or with another battery."""
+        self._may_be_relieved = may_be_relieved
 
     async def gather(self) -> list[Member]:
         """Return the swarm; with too few left, wait for lost vehicles, for replacements, and for those that are held.
@@ -62,7 +69,7 @@ class SwarmStrength:
         if not swarm:
             return None  # a replacement flies to those that it joins
         is_in_time = waited_s <= settings.relay.swap_s + TAKE_OFF_S
-        if roster.members(Task.JOINING) or (is_in_time and self.may_be_relieved()):
+        if roster.members(Task.JOINING) or (is_in_time and self._may_be_relieved()):
             return f"Waiting for a replacement: {len(swarm)} left in the swarm."
         return None
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import pytest
@@ -9,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aos_gcs.imaging.persons.decision import FindingKind, Verdict
+from aos_gcs.mission.model.decisions import LeftPlace
 from aos_gcs.mission.search.decisions.look_choice import LOOK_S, RETURN_S, TURN_S, USUAL_POD, LookChoice
 from aos_gcs.mission.search.scan.progress import ScanProgress
 from aos_gcs.planning.legs import ScanLeg
@@ -22,12 +24,15 @@ PLACE = (3.0, 40.0)
 
 
 def choice(
-    legs: int = 2, length_m: float = 100.0, search: SearchSettings | None = None
+    legs: int = 2,
+    length_m: float = 100.0,
+    search: SearchSettings | None = None,
+    left_for_later: Sequence[LeftPlace] = (),
 ) -> tuple[LookChoice, ScanProgress, Notices]:
     settings: MissionSettings = replace(SETTINGS, search=search or SearchSettings(looks=LookOrder.GAIN))
     progress, journal = ScanProgress(0.5), Notices()
     progress.plan([ScanLeg((20.0 * number, 0.0), (0.0, 1.0), length_m) for number in range(legs)])
-    return LookChoice(settings, journal, progress), progress, journal
+    return LookChoice(settings, journal, progress, left_for_later), progress, journal
 
 
 def verdict(probability: float | None) -> Verdict:
@@ -82,7 +87,7 @@ def test_places_are_looked_at_in_the_order_of_their_gain_on_legs_of_their_own() 
     assert set(one.later_enu_m) == {(0.0, 90.0), (20.0, 10.0)}
     assert not one.is_look_leg
     for place_m in ((20.0, 10.0), (0.0, 90.0)):
-        leg = one.next_leg(())
+        leg = one.next_leg((), None)
         assert leg is not None
         progress.leave_for(leg)
         assert one.is_look_leg
@@ -91,17 +96,17 @@ def test_places_are_looked_at_in_the_order_of_their_gain_on_legs_of_their_own() 
         assert leg.after(leg.length_m / 2.0).start_enu_m == pytest.approx(place_m)
         # A look leg has nothing to go on with.
         assert not one.leaves(place_m, verdict(0.01), vehicles=3)
-    assert one.next_leg(()) is None
+    assert one.next_leg((), None) is None
     assert len(journal.texts) == 2
-    one.tell_left(())
+    one.tell_left((), None)
     assert len(journal.texts) == 2
 
 
 def test_what_was_looked_at_meanwhile_is_not_flown_to() -> None:
     one, _, journal = choice()
     one.leaves(PLACE, verdict(0.1), vehicles=3)
-    assert one.next_leg([(3.0, 41.5)]) is None
-    one.tell_left(())
+    assert one.next_leg([(3.0, 41.5)], None) is None
+    one.tell_left((), None)
     assert journal.texts == []
 
 
@@ -109,7 +114,7 @@ def test_legs_that_are_left_for_looks_count_as_left_out() -> None:
     one, progress, _ = choice(legs=3, length_m=100.0)
     progress.advance_in_flight(30.0, 50.0)
     one.leaves(PLACE, verdict(0.1), vehicles=3)
-    leg = one.next_leg(())
+    leg = one.next_leg((), None)
     assert leg is not None
     progress.leave_for(leg)
     assert progress.left_out_m == pytest.approx(270.0)
@@ -118,13 +123,13 @@ def test_legs_that_are_left_for_looks_count_as_left_out() -> None:
 
 def test_before_there_are_legs_nothing_is_left() -> None:
     one, _, _ = choice(legs=0)
-    assert one.next_leg(()) is None
+    assert one.next_leg((), None) is None
 
 
 def test_what_the_search_ends_without_is_named() -> None:
     one, _, journal = choice()
     one.leaves(PLACE, verdict(0.1), vehicles=3)
-    one.tell_left(())
+    one.tell_left((), None)
     assert journal.texts == ["Not examined (left for later): 3.0 m east, 40.0 m north"]
     assert journal.severities == [Severity.WARNING]
 
@@ -133,12 +138,11 @@ def test_the_station_that_takes_up_a_flight_goes_on_with_what_was_left() -> None
     one, _, _ = choice()
     one.leaves((3.0, 40.0), verdict(0.1), vehicles=3)
     one.leaves((9.0, 80.0), verdict(0.3), vehicles=3)
-    other, progress, _ = choice()
-    other.take_up(one.left_for_later)
+    other, progress, _ = choice(left_for_later=one.left_for_later)
     assert other.taken_up == other.left_for_later == one.left_for_later
     assert [left.place_enu_m for left in other.left_for_later] == [(3.0, 40.0), (9.0, 80.0)]
     for _ in progress.legs:
         progress.begin_next_leg()
-    leg = other.next_leg([])
+    leg = other.next_leg([], None)
     assert leg is not None
     assert (leg.start_enu_m[0], leg.start_enu_m[1] + leg.length_m / 2.0) == pytest.approx((9.0, 80.0))

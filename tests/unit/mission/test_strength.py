@@ -51,9 +51,11 @@ class FakeSwarm:
         begun_s = clock.now_s()
         journal.elapsed_s = lambda: clock.now_s() - begun_s
         context = SimpleNamespace(roster=roster, settings=settings, journal=journal, clock=self.clock)
-        strength = SwarmStrength(context, lambda: 0.46)  # type: ignore[arg-type]
-        strength.may_be_relieved = lambda: may_be_relieved
-        return strength
+        return SwarmStrength(
+            context,  # type: ignore[arg-type]
+            covered_fraction=lambda: 0.46,
+            may_be_relieved=lambda: may_be_relieved,
+        )
 
 
 async def test_batteries_end_a_search_at_once_where_nobody_takes_over() -> None:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.airspace.detours import Detours
+from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.airspace.plans import reached, vet_plan
 from aos_gcs.airspace.reference_surface import LEVEL, ReferenceSurface
 from aos_gcs.airspace.terrain import GroundRaster
@@ -19,7 +20,7 @@ from aos_gcs.imaging.model import StepAnalysis
 from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.mission.fleet.layers import in_layers
 from aos_gcs.mission.journal import Announcer
-from aos_gcs.mission.model.decisions import Decision, Group, Situation
+from aos_gcs.mission.model.decisions import Decision, Group, LeftPlace, Situation
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.search.decisions.look_choice import LookChoice
 from aos_gcs.mission.search.decisions.observing import make_observation
@@ -51,6 +52,7 @@ class Decider:
         settings: settings of the mission.
         journal: told what is announced.
         findings: findings of the mission.
+        left_for_later: places that were left for a later look before.
         forget: discards the views of earlier steps.
         covered_fraction: returns the share of the area that was in a frame, for a notice.
     """
@@ -61,6 +63,7 @@ class Decider:
         journal: Announcer,
         findings: Findings,
         *,
+        left_for_later: Sequence[LeftPlace] = (),
         forget: Callable[[], None],
         covered_fraction: Callable[[], float | None],
     ) -> None:
@@ -79,7 +82,9 @@ class Decider:
         self.tracker = TargetTracker(settings)
         self._claims = Claims(settings.detection, journal, self.tracker, findings)
         self.progress = ScanProgress(settings.flight.arrival_radius_m)
-        self.choice = LookChoice(settings, journal, self.progress)
+        self.choice = LookChoice(settings, journal, self.progress, left_for_later)
+        self._limits: SafetyLimits | None = None
+        """Limits of the latest decision; None before the first one."""
         self._sweep = Sweep(settings.flight, settings.imaging.rate_hz, self.line_spacing_m, journal)
         self.split: Split | None = None
         """Present split of the swarm; None while all vehicles do the same."""
@@ -152,7 +157,7 @@ class Decider:
             planned_enu_m = in_layers(situation.swarm, places_enu_m, surface)
             return vet_plan(planned_enu_m, situation.traffic, detours, ground, surface)
 
-        self.choice.limits = situation.traffic.limits
+        self._limits = situation.traffic.limits
         if group is Group.SCAN:
             return self._scan_on(situation, analysis, vet)
         if group is None:
@@ -169,7 +174,7 @@ class Decider:
         if may_sweep and following is Phase.CONVERGE:
             self._begin_split(situation, analysis)
         if self.split is not None:
-            self.split.note_look(analysis, self._looked_at_enu_m(), self.settled_enu_m)
+            self.split.note_look(analysis, self.tracker.looked_at_enu_m, self.settled_enu_m)
         if following is Phase.SCAN and may_sweep and self.tracker.estimate() is None:
             progress = self.progress
             if swept := self._sweep.fly_on(progress.present_leg, progress.along_m, situation, vet):
@@ -223,7 +228,7 @@ class Decider:
 
     def goes_on_to_looks(self) -> bool:
         """Leave the other legs out where something was left for later; return whether that is looked at now."""
-        if (leg := self.choice.next_leg(self._claims.looked_at_enu_m)) is None:
+        if (leg := self.choice.next_leg(self._claims.looked_at_enu_m, self._limits)) is None:
             return False
         self.progress.leave_for(leg)
         return True
@@ -233,7 +238,7 @@ class Decider:
         self._claims.announce_at_last()
         if self.progress.is_over:
             tell_end(self._journal, len(self._findings.persons()), self.progress.left_out_m, self._covered_fraction())
-        self.choice.tell_left(self._claims.looked_at_enu_m)
+        self.choice.tell_left(self._claims.looked_at_enu_m, self._limits)
 
     def _observe(
         self, analysis: StepAnalysis, situation: Situation, terrain: Terrain | None, *, may_leave: bool
@@ -283,11 +288,6 @@ class Decider:
             self.progress.take_back(self.split.leg)
             self.progress.go_back(self.split.began_m)
             self.split = None
-
-    def _looked_at_enu_m(self) -> list[tuple[float, float]]:
-        """Return where the target is, and the blob that has shown it."""
-        target, blob_enu_m = self.tracker.estimate(), self.tracker.blob_enu_m
-        return [] if target is None else [place[:2] for place in (target.position_enu_m, blob_enu_m) if place]
 
     def _choose_places(
         self, situation: Situation, analysis: StepAnalysis, *, in_view: bool
@@ -353,7 +353,7 @@ class Decider:
             self.progress.take_back(split.leg)
             self.progress.go_back(split.began_m)
             return Phase.LINE
-        split.is_catching_up = not split.is_over
+        split.end_look()
         return self._end_leg(split) if split.is_at_end else Phase.LINE
 
     def _continue_scan(self, situation: Situation, detours: Detours, framed_ids: Sequence[int]) -> Phase:

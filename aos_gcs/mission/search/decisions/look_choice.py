@@ -78,17 +78,23 @@ class LookChoice:
         settings: settings of the mission.
         journal: told what is left for later.
         progress: legs of the scan.
+        left_for_later: places that the former sortie has left for later, or the station before, where its flight was
+            taken up.
     """
 
-    def __init__(self, settings: MissionSettings, journal: Announcer, progress: ScanProgress) -> None:
+    def __init__(
+        self,
+        settings: MissionSettings,
+        journal: Announcer,
+        progress: ScanProgress,
+        left_for_later: Sequence[LeftPlace] = (),
+    ) -> None:
         self._settings = settings
         self._journal = journal
         self._progress = progress
-        self._later: list[_Later] = []
-        self.limits: SafetyLimits | None = None
-        """Limits of the flight; None before its first step."""
-        self.taken_up: tuple[LeftPlace, ...] = ()
-        """Places that the former sortie has left for later, or the station before, where its flight was taken up."""
+        self.taken_up = tuple(left_for_later)
+        """Places that had been left for later before."""
+        self._later = [_Later(one.place_enu_m, one.probability, is_judged=True) for one in self.taken_up]
         self._look_legs: set[int] = set()
         """Indices of the legs that are flown for a look."""
 
@@ -106,11 +112,6 @@ class LookChoice:
     def left_for_later(self) -> tuple[LeftPlace, ...]:
         """Places that are left for later, in the order in which they came into view."""
         return tuple(LeftPlace(one.place_enu_m, one.probability) for one in self._later)
-
-    def take_up(self, left: Sequence[LeftPlace]) -> None:
-        """Go on with the places that the former sortie, or the station before, has left for later."""
-        self.taken_up = tuple(left)
-        self._later = [_Later(one.place_enu_m, one.probability, is_judged=True) for one in left]
 
     def leaves(self, place_enu_m: Place, verdict: Verdict | None, vehicles: int) -> bool:
         """Tell whether what is in view is left for later, and note it.
@@ -188,14 +189,15 @@ class LookChoice:
                     "find a person sooner",
                 )
 
-    def next_leg(self, looked_at_enu_m: Sequence[Place]) -> ScanLeg | None:
+    def next_leg(self, looked_at_enu_m: Sequence[Place], limits: SafetyLimits | None) -> ScanLeg | None:
         """Return a leg over the place whose look gains most, to be flown behind all others; None where none is left.
 
         Args:
             looked_at_enu_m: places that have been looked at, or are surely no person.
+            limits: limits of the flight; None before its first step.
         """
         self._drop(looked_at_enu_m)
-        if not (within := [one for one in self._later if self._is_in_reach(one)]):
+        if not (within := [one for one in self._later if _is_in_reach(one, limits)]):
             return None
         speed_mps, from_enu_m = self._settings.flight.cruise_speed_mps, self._progress.here_enu_m
 
@@ -210,22 +212,12 @@ class LookChoice:
         self._journal.notice(Severity.INFO, f"Close look started (left for later before): {best.text}")
         return ScanLeg((east_m - east * _LEG_M / 2.0, north_m - north * _LEG_M / 2.0), (east, north), _LEG_M)
 
-    def tell_left(self, looked_at_enu_m: Sequence[Place]) -> None:
-        """Tell operators the places that the search ends without a look at; the argument is that of the next leg."""
+    def tell_left(self, looked_at_enu_m: Sequence[Place], limits: SafetyLimits | None) -> None:
+        """Tell operators the places that the search ends without a look at; the arguments are those of the next leg."""
         self._drop(looked_at_enu_m)
         if self._later:
-            places = "; ".join(self._in_words(one) for one in self._later)
+            places = "; ".join(_in_words(one, limits) for one in self._later)
             self._journal.notice(Severity.WARNING, f"Not examined (left for later): {places}")
-
-    def _in_words(self, one: _Later) -> str:
-        return one.text if self._is_in_reach(one) else f"{one.text} (the geofence keeps vehicles away)"
-
-    def _is_in_reach(self, one: _Later) -> bool:
-        """Tell whether the geofence allows a look at a place: that of a former sortie may have been another one."""
-        if self.limits is None:
-            return True
-        fence, *_ = self.limits.boundaries()
-        return fence.depth_m(np.array(one.place_enu_m)) > fence.margin_m - _ASIDE_M
 
     def _drop(self, looked_at_enu_m: Sequence[Place]) -> None:
         self._later = [one for one in self._later if not _is_within(one, looked_at_enu_m)]
@@ -259,3 +251,15 @@ def _probability(verdict: Verdict | None) -> float:
 
 def _is_within(one: _Later, others_enu_m: Sequence[Place]) -> bool:
     return any(math.dist(one.place_enu_m, other) <= SETTLED_M for other in others_enu_m)
+
+
+def _in_words(one: _Later, limits: SafetyLimits | None) -> str:
+    return one.text if _is_in_reach(one, limits) else f"{one.text} (the geofence keeps vehicles away)"
+
+
+def _is_in_reach(one: _Later, limits: SafetyLimits | None) -> bool:
+    """Tell whether the geofence allows a look at a place: that of a former sortie may have been another one."""
+    if limits is None:
+        return True
+    fence, *_ = limits.boundaries()
+    return fence.depth_m(np.array(one.place_enu_m)) > fence.margin_m - _ASIDE_M

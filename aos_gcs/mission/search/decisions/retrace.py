@@ -65,9 +65,13 @@ class Retrace:
         self._journal = _Unheard()
         self._findings = Findings()
         self._decider = Decider(
-            search.settings, self._journal, self._findings, forget=self._forget, covered_fraction=lambda: None
+            search.settings,
+            self._journal,
+            self._findings,
+            left_for_later=search.left_for_later,
+            forget=self._forget,
+            covered_fraction=lambda: None,
         )
-        self._decider.choice.take_up(search.left_for_later)
         self._history: tuple[KeptView, ...] = ()
         self._persons = PersonWatch()
         self._split: Split | None = None

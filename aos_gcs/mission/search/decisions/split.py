@@ -83,6 +83,10 @@ class Split:
         self.is_catching_up = False
         self.is_over |= is_last
 
+    def end_look(self) -> None:
+        """Note that the look is over: its vehicles fly after the others, where these still scan."""
+        self.is_catching_up = not self.is_over
+
     def end_behind(self) -> None:
         """Note that the leg is flown again from where it was left: the others wait, wherever they have got to."""
         self.is_over, self.is_at_end = True, False

@@ -138,7 +138,7 @@ class Splitting:
         taken = await self._sampler.take(work.step + 1, members, lambda _: None)
         sign_of_life(WORK_S)
         async with work.turn:
-            work.step += 1
+            work.begin_step()
             async with self._vision.intake(work.step) as intake:
                 for capture in taken.captures:
                     intake.add(capture)
@@ -213,7 +213,7 @@ class Splitting:
             return False
         async with work.turn:
             self.is_under_way = True
-            work.step += 1
+            work.begin_step()
             async with self._scan_vision.intake(work.step) as intake:
                 for capture in taken.captures:
                     intake.add(capture, taken.speeds_mps[capture.vehicle_id])
@@ -241,6 +241,10 @@ class Splitting:
         await self._context.flight.send(stops)
         self.is_under_way = False
         return stops
+
+    def sent_elsewhere(self) -> None:
+        """Note that all vehicles have been sent elsewhere, so that none needs to be stopped."""
+        self.is_under_way = False
 
     def _members(self, group: Group) -> list[Member]:
         """Return the vehicles of a group, as they are now."""

@@ -82,6 +82,10 @@ class Sweeping:
         await self._context.flight.send(waypoints)
         await self._work.await_arrival(waypoints)
 
+    def sent_elsewhere(self) -> None:
+        """Note that all vehicles have been sent elsewhere, so that none needs to be stopped."""
+        self.is_under_way = False
+
     def _swarm(self) -> list[Member]:
         return self._context.roster.members(Task.SWARM)
 
@@ -103,7 +107,7 @@ class Sweeping:
             await self._end(flight)
             return Phase.SCAN
         self.frames.note_round()
-        work.step += 1
+        work.begin_step()
         context.journal.set_message(f"Step {work.step}: searching in flight.")
         async with self._vision.intake(work.step) as intake:
             for capture in taken.captures:

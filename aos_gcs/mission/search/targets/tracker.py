@@ -104,6 +104,12 @@ class TargetTracker:
         """Whether the target more likely moves than stays."""
         return self._target is not None and not self._target.stays
 
+    @property
+    def looked_at_enu_m(self) -> list[tuple[float, float]]:
+        """Places of the target and of the blob that has shown it; none where there is no target."""
+        target = self.estimate()
+        return [] if target is None else [place[:2] for place in (target.position_enu_m, self.blob_enu_m) if place]
+
     def observe(self, analysis: StepAnalysis, now_s: float, ground: Terrain | None = None) -> bool:
         """Update the tracks by a step's analysis and return whether a target is in view; settled places have none.
 
