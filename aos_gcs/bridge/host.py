@@ -38,6 +38,9 @@ class MissionHost:
         commands: commands to it.
         now_s: real seconds of a clock that all processes of this machine share.
         requests: messages that the interface may send, with their forms.
+        on_sharing: called with the states of live sharing.
+        on_proposals: called with the system by which others have proposed something, their proposals, and what they
+            deleted.
     """
 
     def __init__(
@@ -46,23 +49,22 @@ class MissionHost:
         commands: MissionCommands,
         now_s: Callable[[], float],
         requests: Mapping[str, Any] = REQUESTS,
+        *,
+        on_sharing: Callable[[tuple[ChannelStatus, ...]], None] = lambda _: None,
+        on_proposals: Callable[[str, tuple[Proposal, ...], tuple[str, ...]], None] = lambda *_: None,
     ) -> None:
         self._view = view
         self._commands = commands
         self._now_s = now_s
         self._requests = requests
+        self._on_sharing = on_sharing
+        self._on_proposals = on_proposals
         self._notices: list[NoticeRecord] = []
         self._seq = 0
         self._published_at_s = now_s()
         """Time at which the mission last published its state."""
         self._outbox: Outbox | None = None
         self._sent_settings: MissionSettings | None = None
-        self.on_alive: Callable[[bool], None] = lambda _: None
-        """Called when the interface has said that it is alive, with whether it serves clients."""
-        self.on_sharing: Callable[[tuple[ChannelStatus, ...]], None] = lambda _: None
-        """Called with the states of live sharing."""
-        self.on_proposals: Callable[[str, tuple[Proposal, ...], tuple[str, ...]], None] = lambda *_: None
-        """Called with the system by which others have proposed something, their proposals, and what they deleted."""
 
     async def run(self) -> None:
         """Follow the mission until cancelled."""
@@ -70,8 +72,18 @@ class MissionHost:
             async for event in events:
                 self._take(event)
 
-    async def serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    async def serve(
+        self,
+        reader: asyncio.StreamReader,
+        writer: asyncio.StreamWriter,
+        on_alive: Callable[[bool], None] = lambda _: None,
+    ) -> None:
         """Talk to an interface until it is gone; commands in progress are carried out to their end.
+
+        Args:
+            reader: its messages.
+            writer: takes ours.
+            on_alive: called when it has said that it is alive, with whether it serves clients.
 
         Raises:
             MalformedMessageError: it has sent what is no message.
@@ -84,11 +96,11 @@ class MissionHost:
             while (payload := await read_message(reader, MAX_REQUEST_BYTES)) is not None:
                 name, values = unpack(payload, self._requests)
                 if name == "alive":
-                    self.on_alive(*values)
+                    on_alive(*values)
                 elif name == "sharing":
-                    self.on_sharing(*values)
+                    self._on_sharing(*values)
                 elif name == "proposals":
-                    self.on_proposals(*values)
+                    self._on_proposals(*values)
                 else:
                     calls.begin(name, *values)
                 await asyncio.sleep(PAUSE_S)

@@ -84,9 +84,12 @@ class LiveView:
         self._findings = findings
         self._ground = ground
         self.acknowledgements = Acknowledgements()
-        self.sharing: tuple[ChannelStatus, ...] = ()
-        """States of live sharing, as its process reported them last."""
+        self._sharing: tuple[ChannelStatus, ...] = ()
         self.proposals = Proposals()
+
+    def show_sharing(self, statuses: tuple[ChannelStatus, ...]) -> None:
+        """Show the states of live sharing, as its process has reported them."""
+        self._sharing = statuses
 
     def snapshot(self) -> MissionSnapshot:
         """Return the present state."""
@@ -127,7 +130,7 @@ class LiveView:
             command_count=self._context.order.count,
             follows_ground=settings.layers_follow_ground,
             started_utc_s=journal.started_utc_s,
-            sharing=self.sharing,
+            sharing=self._sharing,
             proposals=self.proposals.all(),
         )
 

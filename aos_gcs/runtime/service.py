@@ -19,7 +19,6 @@ from aos_gcs.config.settings import mission_settings, sharing_settings
 from aos_gcs.mission.coordinator import Coordinator
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal
-from aos_gcs.mission.model.sharing import ChannelStatus
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.next_sortie import NextSortie
 from aos_gcs.mission.search.ground.mapping import GroundPlace
@@ -171,10 +170,8 @@ async def open_service(config: ServiceConfig, following: NextSortie | None = Non
 
 
 def _handed_over(sharing: SharingSupervisor, mission: Coordinator) -> AbstractAsyncContextManager[None]:
-    def show(statuses: tuple[ChannelStatus, ...]) -> None:
-        mission.view.sharing = statuses
-
-    return sharing.following(mission.view, mission.commands, show, mission.view.proposals)
+    view = mission.view
+    return sharing.following(view, mission.commands, view.show_sharing, view.proposals)
 
 
 def _ground_of(config: ServiceConfig, mission_id: str) -> Path:

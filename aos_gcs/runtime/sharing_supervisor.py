@@ -68,9 +68,14 @@ class SharingSupervisor:
             proposals.expire(machine_utc_s())
             show(statuses)
 
-        host = MissionHost(QuietView(view, _STATE_S, now_s), commands, now_s, SHARING_REQUESTS)
-        host.on_sharing = take
-        host.on_proposals = incoming.take
+        host = MissionHost(
+            QuietView(view, _STATE_S, now_s),
+            commands,
+            now_s,
+            SHARING_REQUESTS,
+            on_sharing=take,
+            on_proposals=incoming.take,
+        )
         async with self._supervisor.following(host):
             yield
 

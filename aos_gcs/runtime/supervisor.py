@@ -72,7 +72,6 @@ class Supervisor:
         Raises:
             LinkError: the process cannot be started.
         """
-        host.on_alive = self._on_alive
         following = asyncio.create_task(host.run())
         self._host.set_result(host)
         try:
@@ -171,7 +170,7 @@ class Supervisor:
 
     async def _talk(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         host = await asyncio.shield(self._host)
-        await host.serve(reader, writer)
+        await host.serve(reader, writer, self._on_alive)
 
     async def _watch(self) -> None:
         """Return when the process has been silent for too long.

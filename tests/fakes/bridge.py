@@ -6,6 +6,7 @@ import asyncio
 import socket
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from typing import Any
 
 from aos_gcs.bridge.host import MissionHost
 from aos_gcs.bridge.mirror import MissionMirror
@@ -21,9 +22,9 @@ async def connected() -> tuple[Streams, Streams]:
 
 
 @asynccontextmanager
-async def hosted(view: MissionView, commands: MissionCommands) -> AsyncIterator[MissionHost]:
-    """Follow a mission on behalf of interfaces."""
-    host = MissionHost(view, commands, asyncio.get_running_loop().time)
+async def hosted(view: MissionView, commands: MissionCommands, **options: Any) -> AsyncIterator[MissionHost]:
+    """Follow a mission on behalf of interfaces; options are those of the host."""
+    host = MissionHost(view, commands, asyncio.get_running_loop().time, **options)
     following = asyncio.create_task(host.run())
     await asyncio.sleep(0.0)
     yield host

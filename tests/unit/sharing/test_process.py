@@ -73,10 +73,8 @@ async def test_a_loss_of_events_stays_visible_in_a_quiet_view() -> None:
 @pytest.mark.looptime
 async def test_live_sharing_reports_and_commands_nothing() -> None:
     mission = ScriptedMission(LoopClock())
-    async with hosted(mission, mission) as host:
-        host._requests = SHARING_REQUESTS
-        told: list[tuple[ChannelStatus, ...]] = []
-        host.on_sharing = told.append
+    told: list[tuple[ChannelStatus, ...]] = []
+    async with hosted(mission, mission, requests=SHARING_REQUESTS, on_sharing=told.append) as host:
         async with mirrored_by(host) as mirror:
             mirror.tell_sharing((STATUS,))
             await asyncio.sleep(1.0)
