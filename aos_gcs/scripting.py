@@ -178,8 +178,7 @@ class Swarm:
             MissionError: a vehicle does not; the others hover.
         """
         members = self._roster.chosen(Task.IDLE)
-        barred = self._flight.vet_climbs(members)
-        _raise_first({vehicle_id: Refusal(reason) for vehicle_id, reason in barred.items()})
+        _raise_first(self._flight.vet_climbs(members))
         armed = await self._flight.command_each(members, lambda _: Arm())
         for member in self._roster.select(vehicle_id for vehicle_id, refusal in armed.items() if refusal is None):
             self._roster.assign(member, Task.SWARM)

@@ -152,8 +152,8 @@ class Launch:
         """Return the members that may climb to their layers; report why the others on the ground stay there."""
         context = self._context
         barred = context.flight.vet_climbs(member for member in members if not member.airborne)
-        for vehicle_id, reason in barred.items():
-            context.journal.notice(Severity.WARNING, f"stays on the ground: {reason}", vehicle_id)
+        for vehicle_id, refusal in barred.items():
+            context.journal.notice(Severity.WARNING, f"stays on the ground: {refusal.text}", vehicle_id)
         return [member for member in members if member.vehicle_id not in barred]
 
     async def takeoff(self) -> Phase:

@@ -48,7 +48,7 @@ def _refusal(member: Member) -> Refusal | None:
         return Refusal("link lost")
     if (refusal := doubtful_position(member)) is not None:
         return refusal
-    return Refusal(member.why_not_ours) if member.airborne and member.why_not_ours else None
+    return member.why_not_ours if member.airborne else None
 
 
 def not_ours(member: Member) -> Refusal:

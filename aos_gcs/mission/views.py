@@ -166,6 +166,7 @@ class LiveView:
 def _snapshot_of(roster: Roster, member: Member) -> VehicleSnapshot:
     """Describe one member."""
     position_enu_m = roster.position_enu_m(member)
+    left = member.why_not_ours if member.task is Task.HELD and member.airborne else None
     return VehicleSnapshot(
         telemetry=member.state,
         task=member.task,
@@ -173,7 +174,7 @@ def _snapshot_of(roster: Roster, member: Member) -> VehicleSnapshot:
         position_enu_m=None if position_enu_m is None else as_enu_point(position_enu_m),
         link_age_s=roster.link_age_s(member),
         waypoint_enu_m=None if member.waypoint_enu_m is None else as_enu_point(member.waypoint_enu_m),
-        refusal=(member.why_not_ours if member.task is Task.HELD and member.airborne else "") or member.refusal,
+        refusal=member.refusal if left is None else left.text,
         takes_part=member.takes_part,
         home_enu_m=None if member.home_enu_m is None else as_enu_point(member.home_enu_m),
         altitude_offset_m=member.altitude_offset_m,

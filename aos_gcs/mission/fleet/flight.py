@@ -165,23 +165,26 @@ class FlightControl:
         separation_m = self._bounds.in_force.separation_m
         return separation_m + max((beside_errors_m(self.accuracy(one)) for one in members), default=0.0)
 
-    def vet_climbs(self, members: Iterable[Member]) -> dict[int, str]:
+    def vet_climbs(self, members: Iterable[Member]) -> dict[int, Refusal]:
         """Return why vehicles on the ground must not climb to their layers, by id; those that may are left out.
 
         Raises:
             RuntimeError: there are no limits or layers yet; a defect of the caller.
         """
-        limits, requests, barred = self._bounds.in_force, [], {}
+        limits, requests, barred = self._bounds.in_force, [], dict[int, Refusal]()
         for member in members:
             column_enu_m, position_enu_m = self._roster.own_column_enu_m(member), self._roster.position_enu_m(member)
             if column_enu_m is None or position_enu_m is None:
-                barred[member.vehicle_id] = "it has no altitude layer or no position"
+                barred[member.vehicle_id] = Refusal("it has no altitude layer or no position")
                 continue
             requests.append(self._request(member, position_enu_m, column_enu_m))
         obstacles = self._obstacles({request.vehicle_id for request in requests})
         vetted = vet_waypoints(requests, obstacles, limits, self._bounds.ground)
-        refused = [record for record in vetted if record.verdict is not WaypointVerdict.SENT]
-        return barred | {record.vehicle_id: f"it cannot climb to its layer, {record.reason}" for record in refused}
+        return barred | {
+            record.vehicle_id: Refusal(f"it cannot climb to its layer, {record.reason}")
+            for record in vetted
+            if record.verdict is not WaypointVerdict.SENT
+        }
 
     def _request(
         self,

@@ -100,8 +100,7 @@ class Joining:
             return Refusal("was called off before it started")
         if blocking:
             return Refusal(blocking[0].describe())
-        reason = self._why_no_climb(member)
-        return None if reason is None else Refusal(reason)
+        return self._why_no_climb(member)
 
     def _find_place(self, member: Member) -> Refusal | None:
         """Give the vehicle its launch point and the lowest free layer."""
@@ -141,14 +140,14 @@ class Joining:
             layer_height_m += flight.layer_spacing_m
         return None
 
-    def _why_no_climb(self, member: Member) -> str | None:
+    def _why_no_climb(self, member: Member) -> Refusal | None:
         """Return why a vehicle must not climb to its layer from where it stands now; None if it may."""
         here_enu_m = self._context.roster.position_enu_m(member)
         top_enu_m = self._context.roster.layers.at(member, here_enu_m)
         if here_enu_m is None or top_enu_m is None:
             raise RuntimeError(f"vehicle {member.vehicle_id} has no position or no altitude layer")
         if (other_id := self._context.flight.blocks_path(member, here_enu_m, top_enu_m)) is not None:
-            return f"vehicle {other_id} is or may come above its launch point: try again when it has passed"
+            return Refusal(f"vehicle {other_id} is or may come above its launch point: try again when it has passed")
         return self._context.flight.vet_climbs([member]).get(member.vehicle_id)
 
     async def _bring(self, member: Member, order: Order, relief: Relief | None) -> None:
@@ -162,11 +161,11 @@ class Joining:
         if await context.flight.command(member, Arm()) is not None:
             self._release(member)
             return
-        reason = await moved_home(context, member, assumed_offset_m) or self._why_no_climb(member)
+        refusal = await moved_home(context, member, assumed_offset_m) or self._why_no_climb(member)
         if not order():
-            reason = "it was called off before it started"
-        if reason is not None or member.task is not Task.JOINING:
-            await self._stay(member, reason or "")
+            refusal = Refusal("it was called off before it started")
+        if refusal is not None or member.task is not Task.JOINING:
+            await self._stay(member, refusal)
             return
         if (height_m := context.roster.layers.above_home_m(member)) is None:
             raise RuntimeError(f"vehicle {member.vehicle_id} has no altitude layer")
@@ -193,10 +192,10 @@ class Joining:
         )
         context.journal.notice(severity, text, member.vehicle_id)
 
-    async def _stay(self, member: Member, reason: str = "") -> None:
+    async def _stay(self, member: Member, refusal: Refusal | None = None) -> None:
         """Stop the motors of a vehicle that has not taken off; report why where that is not known yet."""
-        if reason:
-            self._context.journal.notice(Severity.WARNING, f"stays on the ground: {reason}", member.vehicle_id)
+        if refusal is not None:
+            self._context.journal.notice(Severity.WARNING, f"stays on the ground: {refusal.text}", member.vehicle_id)
         if member.task in _NOT_STARTED:
             await self._context.flight.command(member, Disarm())
         self._release(member)

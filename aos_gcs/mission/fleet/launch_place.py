@@ -74,7 +74,7 @@ def _near_launch_point(context: FlightContext, member: Member, place_enu_m: NDAr
     return None
 
 
-async def moved_home(context: FlightContext, member: Member, assumed_offset_m: float) -> str | None:
+async def moved_home(context: FlightContext, member: Member, assumed_offset_m: float) -> Refusal | None:
     """Return how the home of a vehicle whose motors have just started differs from its launch point; None if not.
 
     Args:
@@ -90,20 +90,20 @@ async def moved_home(context: FlightContext, member: Member, assumed_offset_m: f
     return None
 
 
-def _difference(context: FlightContext, member: Member, assumed_offset_m: float, armed_at_s: float) -> str | None:
+def _difference(context: FlightContext, member: Member, assumed_offset_m: float, armed_at_s: float) -> Refusal | None:
     roster, state = context.roster, member.state
     reported_enu_m, altitude_m = roster.launch_point_enu_m(member), home_altitude_m(state)
     reported_at_s, ground = state.position_at_s, roster.ground
     if reported_enu_m is None or altitude_m is None or member.home_enu_m is None:
-        return "its home position is not known"
+        return Refusal("its home position is not known")
     if reported_at_s is None or reported_at_s < armed_at_s:
-        return "it has not reported its position since its motors started"
+        return Refusal("it has not reported its position since its motors started")
     beside_m = _beside_m(reported_enu_m, member.home_enu_m)
     if beside_m > same_place_m(state):
-        return f"its autopilot has its home {beside_m:.1f} m from where it stands. Join it again"
+        return Refusal(f"its autopilot has its home {beside_m:.1f} m from where it stands. Join it again")
     error_m = 0.0 if ground is None else altitude_m - ground.altitude_amsl_m(member.vehicle_id) - assumed_offset_m
     if abs(error_m) > _SAME_GROUND_M:
-        return f"its autopilot has moved its home by {error_m:+.1f} m in height. Join it again"
+        return Refusal(f"its autopilot has moved its home by {error_m:+.1f} m in height. Join it again")
     return None
 
 

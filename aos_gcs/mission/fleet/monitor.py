@@ -290,11 +290,12 @@ class Monitor:
 
     def _watch_take_over(self, member: Member) -> None:
         """Leave a vehicle alone that a pilot, another station or its failsafe flies, and say so."""
-        if not member.airborne or member.follows_us or not self._is_flown_against_us(member):
+        refusal = member.why_not_ours
+        if not member.airborne or refusal is None or not self._is_flown_against_us(member):
             return
         self._returning().stop(member)
         self._context.roster.assign(member, Task.HELD)
-        text = f"left the swarm: {member.why_not_ours}. It is left alone until it is resumed"
+        text = f"left the swarm: {refusal.text}. It is left alone until it is resumed"
         self._context.journal.notice(Severity.CRITICAL, text, member.vehicle_id)
 
     @staticmethod

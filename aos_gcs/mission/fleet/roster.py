@@ -17,6 +17,7 @@ from aos_gcs.mission.fleet.energy import BatteryMeter
 from aos_gcs.mission.fleet.layers import Layers
 from aos_gcs.mission.fleet.tasks import check_task, task_when_heard_again
 from aos_gcs.mission.fleet.turn import Turn
+from aos_gcs.mission.model.actions import Refusal
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.ports import Clock, Command, Fleet, FlightMode, Hold, LandedState, Takeoff, Vehicle, VehicleState
 
@@ -170,14 +171,15 @@ class Member:
         return is_steered or (bool(self.taken_over) and is_left_alone)
 
     @property
-    def why_not_ours(self) -> str:
-        """Reason why the vehicle does not follow us, as a clause; empty while it does."""
+    def why_not_ours(self) -> Refusal | None:
+        """Reason why the vehicle does not follow us, as a clause; None while it does."""
         state, mode = self.state, self.state.mode_name or self.state.mode
         if self.follows_us:
-            return ""
+            return None
         if state.failsafe:
-            return f"its failsafe is active ({state.failsafe}, mode {mode}): only return and land are sent to it"
-        return f"{self.taken_over or f'its mode changed to {mode}'}, not by this station"
+            text = f"its failsafe is active ({state.failsafe}, mode {mode}): only return and land are sent to it"
+            return Refusal(text)
+        return Refusal(f"{self.taken_over or f'its mode changed to {mode}'}, not by this station")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -11,7 +11,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_gcs.geometry.heights import SEA_LEVEL, AboveHomeM, AmslM
 from aos_sim.vehicle.autopilot import SimulatedAutopilot
-from aos_sim.vehicle.commands import AMSL_FRAMES, RELATIVE_FRAMES, TERRAIN_FRAMES, CommandRequest
+from aos_sim.vehicle.commands import AMSL_FRAMES, RELATIVE_FRAMES, TERRAIN_FRAMES, CommandRequest, Refusal
 from aos_sim.vehicle.configuration import VehicleIdentity
 from aos_sim.vehicle.data_streams import requested_intervals_us
 from aos_sim.vehicle.fence import Fence
@@ -230,19 +230,19 @@ class ArduCopter(SimulatedAutopilot):
             case _:
                 self.flight.hold(self.kinematics, self.now.s)
 
-    def not_ready(self) -> str | None:
+    def not_ready(self) -> Refusal | None:
         """Return what the pre-arm checks find wrong, whatever the mode."""
         if not self.position_known:
-            return "Arm: Need Position Estimate"
-        return "Arm: Battery 1 low capacity failsafe" if self._battery_is_low() else None
+            return Refusal("Arm: Need Position Estimate")
+        return Refusal("Arm: Battery 1 low capacity failsafe") if self._battery_is_low() else None
 
-    def mode_not_armable(self) -> str | None:
+    def mode_not_armable(self) -> Refusal | None:
         """Return why the vehicle cannot be armed in its present mode."""
-        return f"Arm: {self._mode.name} mode not armable" if self._mode in MODES_NOT_ARMABLE else None
+        return Refusal(f"Arm: {self._mode.name} mode not armable") if self._mode in MODES_NOT_ARMABLE else None
 
-    def refuse_arming(self, reason: str) -> int:
+    def refuse_arming(self, refusal: Refusal) -> int:
         """Tell why arming was refused."""
-        self.tell(mavlink.MAV_SEVERITY_CRITICAL, reason)
+        self.tell(mavlink.MAV_SEVERITY_CRITICAL, refusal.text)
         return int(mavlink.MAV_RESULT_FAILED)
 
     def take_off(self, request: CommandRequest) -> int:

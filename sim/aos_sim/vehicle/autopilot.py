@@ -15,7 +15,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_sim.clock import SimTime
 from aos_sim.vehicle.battery import Battery
-from aos_sim.vehicle.commands import CommandRequest
+from aos_sim.vehicle.commands import CommandRequest, Refusal
 from aos_sim.vehicle.configuration import VehicleIdentity
 from aos_sim.vehicle.fence import Fence
 from aos_sim.vehicle.fence_service import FenceService
@@ -158,15 +158,15 @@ class SimulatedAutopilot(ABC):
         """Return the custom mode that returns home."""
 
     @abstractmethod
-    def not_ready(self) -> str | None:
+    def not_ready(self) -> Refusal | None:
         """Return what the pre-arm checks find wrong, whatever the mode."""
 
     @abstractmethod
-    def mode_not_armable(self) -> str | None:
+    def mode_not_armable(self) -> Refusal | None:
         """Return why the vehicle cannot be armed in its present mode."""
 
     @abstractmethod
-    def refuse_arming(self, reason: str) -> int:
+    def refuse_arming(self, refusal: Refusal) -> int:
         """Tell why arming was refused; return a MAV_RESULT."""
 
     @abstractmethod
@@ -284,7 +284,7 @@ class SimulatedAutopilot(ABC):
         if request.param(1) > 0.5:
             return self._arm(forced)
         if self.flight.airborne and not forced:
-            return self.refuse_arming("Disarm: vehicle is in the air")
+            return self.refuse_arming(Refusal("Disarm: vehicle is in the air"))
         if self.flight.armed:
             self.flight.disarm(self.kinematics, self.now.s)
             self.on_flight_event(FlightEvent.DISARMED)
@@ -293,9 +293,9 @@ class SimulatedAutopilot(ABC):
     def _arm(self, forced: bool) -> int:
         if self.flight.armed:
             return int(mavlink.MAV_RESULT_ACCEPTED)
-        reason = self.not_ready() or self.mode_not_armable()
-        if reason is not None and not forced:
-            return self.refuse_arming(reason)
+        refusal = self.not_ready() or self.mode_not_armable()
+        if refusal is not None and not forced:
+            return self.refuse_arming(refusal)
         self.flight.arm(self.kinematics, self.now.s)
         self.tell(mavlink.MAV_SEVERITY_INFO, "Arming motors")
         self.send(self._build(mavlink.MAVLINK_MSG_ID_HOME_POSITION))

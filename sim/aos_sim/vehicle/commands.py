@@ -1,4 +1,4 @@
-"""COMMAND_LONG and COMMAND_INT in one form."""
+"""COMMAND_LONG and COMMAND_INT in one form, and refusals of them."""
 
 from __future__ import annotations
 
@@ -16,6 +16,14 @@ KEEP_DEG = (2**31 - 1) / 1e7
 """The coordinate of a COMMAND_INT that stands for "keep"."""
 
 TERRAIN_FRAMES = (mavlink.MAV_FRAME_GLOBAL_TERRAIN_ALT, mavlink.MAV_FRAME_GLOBAL_TERRAIN_ALT_INT)
+
+
+@dataclass(frozen=True, slots=True)
+class Refusal:
+    """Reason why something that was asked of the vehicle is not done."""
+
+    text: str
+    """Status text that tells it."""
 
 
 @dataclass(frozen=True, slots=True)

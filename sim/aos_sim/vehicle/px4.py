@@ -11,7 +11,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_gcs.geometry.heights import AboveHomeM, AmslM
 from aos_sim.vehicle.autopilot import SECOND_US, SimulatedAutopilot
-from aos_sim.vehicle.commands import CommandRequest
+from aos_sim.vehicle.commands import CommandRequest, Refusal
 from aos_sim.vehicle.configuration import VehicleIdentity
 from aos_sim.vehicle.fence import Fence
 from aos_sim.vehicle.flight import FlightEvent, FlightSettings
@@ -233,23 +233,23 @@ class Px4(SimulatedAutopilot):
         if self.operator_heard_s is not None:
             super().tell(severity, text)
 
-    def mode_not_armable(self) -> str | None:
+    def mode_not_armable(self) -> Refusal | None:
         """Return why the vehicle cannot be armed in its present mode."""
-        return "Arming denied: switch to another mode first" if self._mode in MODES_NOT_ARMABLE else None
+        return Refusal("Arming denied: switch to another mode first") if self._mode in MODES_NOT_ARMABLE else None
 
-    def not_ready(self) -> str | None:
+    def not_ready(self) -> Refusal | None:
         """Return what the pre-arm checks find wrong, whatever the mode."""
         if not self.position_known:
-            return "Arming denied: system health failures"
+            return Refusal("Arming denied: system health failures")
         if self.parameters["NAV_DLL_ACT"] and self.operator_silence_s() > self.parameters["COM_DL_LOSS_T"]:
-            return "Arming denied: No connection to the ground station"
+            return Refusal("Arming denied: No connection to the ground station")
         if self._battery_is_critical():
-            return "Arming denied: Low battery level"
+            return Refusal("Arming denied: Low battery level")
         return None
 
-    def refuse_arming(self, reason: str) -> int:
+    def refuse_arming(self, refusal: Refusal) -> int:
         """Tell why arming was refused."""
-        self.tell(mavlink.MAV_SEVERITY_CRITICAL, reason)
+        self.tell(mavlink.MAV_SEVERITY_CRITICAL, refusal.text)
         return int(mavlink.MAV_RESULT_TEMPORARILY_REJECTED)
 
     def on_armed(self) -> None:

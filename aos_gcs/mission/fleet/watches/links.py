@@ -110,9 +110,9 @@ class LinkWatch:
     def _hear_again(self, member: Member, silent_s: float, *, is_over: bool) -> None:
         """Give a vehicle its task again; it rejoins only where nothing else can have flown it meanwhile."""
         task, severity, text = member.task_when_heard_again, Severity.WARNING, "link restored"
-        if task is Task.SWARM and not member.follows_us:
+        if task is Task.SWARM and (refusal := member.why_not_ours) is not None:
             task, severity = Task.HELD, Severity.CRITICAL
-            text += f", but it left the swarm: {member.why_not_ours}. It is left alone until it is resumed"
+            text += f", but it left the swarm: {refusal.text}. It is left alone until it is resumed"
         elif is_over and task is Task.HELD and member.is_held_by_order:
             severity = Severity.CRITICAL
             text += (

@@ -23,6 +23,7 @@ export const flight: readonly StationText[] = [
     "hat den Schwarm verlassen: {reason}. Sie wird nicht gesteuert, bis sie fortgesetzt wird",
   ],
   ["its mode changed to {mode}, not by this station", "ihr Modus wechselte auf {mode}, nicht durch diese Station"],
+  ["{reason}, not by this station", "{reason}, nicht durch diese Station"],
   ["its mode changed to {mode}", "ihr Modus wechselte auf {mode}"],
   ["its pilot has stopped its motors", "ihr Pilot hat die Motoren abgestellt"],
   [

@@ -153,6 +153,8 @@ export const refusals: readonly StationText[] = [
     "it has not reported its position since its motors started",
     "sie hat ihre Position nicht gemeldet, seit ihre Motoren laufen",
   ],
+  ["it has no altitude layer or no position", "sie hat keine Höhenebene oder keine Position"],
+  ["it cannot climb to its layer, {reason}", "sie kann nicht auf ihre Höhenebene steigen, {reason}"],
   ["its launch point lies on the wrong side of {boundary}", "ihr Startpunkt liegt auf der falschen Seite: {boundary}"],
   [
     "no altitude layer is free below the ceiling at {height} m",
