@@ -5,8 +5,6 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Mapping
 
-import numpy as np
-
 from aos_gcs.errors import AosError
 from aos_gcs.mission.actions import ActionHandler
 from aos_gcs.mission.auto_start import AutoStart
@@ -23,9 +21,9 @@ from aos_gcs.mission.former_flight import FormerFlight
 from aos_gcs.mission.handler_watch import HandlerWatch
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal, Recorder
-from aos_gcs.mission.model.phase import Outcome, OutcomeRecord, Phase, Suspension
-from aos_gcs.mission.model.vehicles import Task
+from aos_gcs.mission.model.phase import Outcome, Phase, Suspension
 from aos_gcs.mission.next_sortie import NextSortie, next_sortie
+from aos_gcs.mission.outcome_record import outcome_record
 from aos_gcs.mission.phases import ENDING, ON_GROUND, PHASE_NAMES, check_transition
 from aos_gcs.mission.preflight.inspection import Inspector
 from aos_gcs.mission.relaying import keep_relay
@@ -366,25 +364,8 @@ class Coordinator:
         context = self._context
         self._settle(Outcome.ABORTED)
         self.publish_snapshot()
+        decider, persons = self.sortie.search.decider, self._findings.persons()
+        record = outcome_record(context, self.outcome, decider, persons, min_separation_m=self.min_separation_m)
         async with context.journal.with_disk_timeout("the outcome"):
-            await context.recorder.record_outcome(OutcomeRecord(context.clock.utc_s(), self.outcome, self._summary()))
+            await context.recorder.record_outcome(record)
             await context.recorder.flush()
-
-    def _summary(self) -> dict[str, object]:
-        context, decider = self._context, self.sortie.search.decider
-        target, steps = decider.tracker.estimate(), context.journal.steps
-        return {
-            "message": context.journal.message,
-            "duration_s": context.journal.elapsed_s(),
-            "steps": len(steps),
-            "time_to_detection_s": decider.found_at_s,
-            "target_enu_m": None if target is None else target.position_enu_m,
-            "target_sigma_m": None if target is None else target.sigma_m,
-            "persons": [finding.finding_id for finding in self._findings.persons()],
-            "vehicles": sum(member.takes_part for member in context.roster.members()),
-            "landed": len(context.roster.members(Task.LANDED)),
-            "min_separation_m": self.min_separation_m,
-            "work_ms_median": float(np.median([step.work_ms for step in steps])) if steps else None,
-            "loop_lag_p99_ms": context.loop_monitor.lag_p99_ms(),
-            "longest_stall_s": context.loop_monitor.longest_stall_s,
-        }
