@@ -137,6 +137,5 @@ async def test_a_proposal_that_somebody_else_has_decided_meanwhile_is_refused_in
 @pytest_asyncio.fixture(loop_scope="session")
 async def planned(dashboard_build: None) -> AsyncIterator[Service]:  # noqa: ARG001 - its check
     async with serving() as service:
-        service.freeze()
         service.mission.proposals.take(drawn()[:1])
         yield service
