@@ -8,6 +8,7 @@ import { texts } from "../texts";
 import type { Theme } from "../theme";
 import { chosenUnits } from "../units";
 import { enu } from "./geojson";
+import { drawGesturesCoarsely } from "./gesture_drawing";
 import type { AttachedLayer, MapLayer, Scene } from "./layer";
 import { PALETTES } from "./palette";
 
@@ -36,6 +37,7 @@ export class MapView {
   private layers: readonly MapLayer[] = [];
   private readonly attached = new Map<string, AttachedLayer>();
   private scene: Scene | null = null;
+  private readonly endCoarseDrawing: () => void;
 
   /** Show the given camera position, or the fleet without one. */
   constructor(container: HTMLElement, origin: Geodetic, theme: Theme, camera: Camera | null, events: MapEvents) {
@@ -57,6 +59,7 @@ export class MapView {
       fadeDuration: 0,
       locale: { "Map.Title": texts.map.canvas },
     });
+    this.endCoarseDrawing = drawGesturesCoarsely(this.map);
     this.map.touchZoomRotate.disableRotation();
     this.map.addControl(new maplibregl.ScaleControl({ unit: chosenUnits(), maxWidth: 140 }), "bottom-left");
     this.map.addControl(new maplibregl.NavigationControl({ showCompass: false }), "top-right");
@@ -87,6 +90,7 @@ export class MapView {
   }
 
   remove(): void {
+    this.endCoarseDrawing();
     this.map.remove();
   }
 
