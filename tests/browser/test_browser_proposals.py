@@ -127,8 +127,12 @@ async def test_a_proposal_that_somebody_else_has_decided_meanwhile_is_refused_in
     page: Page, planned: Service
 ) -> None:
     await open_page(page, planned.url, "plan")
-    await expect(page.get_by_test_id("proposal-1-area")).to_be_visible()
-    planned.mission.proposals.decide(1, ProposalUse.DISMISSED, "Bob", 0.0)
+
+    async def arrive_after_bob(route: Route) -> None:
+        planned.mission.proposals.decide(1, ProposalUse.DISMISSED, "Bob", 0.0)
+        await route.continue_()
+
+    await page.route("**/api/proposals/1", arrive_after_bob)
     await page.get_by_test_id("proposal-1-area").click()
     await expect(page.get_by_test_id("plan-proposals")).to_contain_text("Bob has decided about this proposal already")
     await expect(page.get_by_test_id("shape-area")).to_contain_text("4 corners")
