@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.errors import InputDataError
-from aos_gcs.imaging.integral import ViewIntegral
+from aos_gcs.imaging.integral import BATCH_FRAMES, ViewIntegral
 from aos_gcs.imaging.model import Detector, Frame
 from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.imaging.trimmed import integrate_trimmed
@@ -25,8 +26,22 @@ from aos_gcs.surveys.tiles import Tile, Window
 TERRAIN_BYTES = 64
 """Memory per cell: its point in double and single precision, and what finding it takes."""
 
+BATCH_BYTES = 16_000_000
+"""Memory of the images that are added to a tile at once: its sums stay in the cache meanwhile."""
+
 Advance = Callable[[int], None]
 """Function that reports a number of further images (or tiles) as done."""
+
+Read: TypeAlias = tuple[Frame, Frame | None] | str
+"""An image and its levels of anomaly, None if nothing is marked; the reason if it is broken."""
+
+
+class Reading(Protocol):
+    """Source of the images that tiles need."""
+
+    def batches(self, indices: Sequence[int]) -> Iterator[list[tuple[int, Read]]]:
+        """Read images in the order of their ascending indices, some at a time."""
+        ...
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,11 +99,21 @@ class _TileSums:
         self._anomalies = AnomalySums.none(self._view.shape) if work.detector is not None else None
         self._used: set[int] = set()
 
-    def add(self, index: int, frame: Frame, levels_of: Frame | None) -> None:
-        if self._integral.add(frame):
-            self._used.add(index)
-            if levels_of is not None and self._anomalies is not None:
-                add_levels(self._anomalies, levels_of, self._view)
+    def add(self, read: Iterable[tuple[int, Frame, Frame | None]]) -> None:
+        """Add those images of a batch that may see the tile."""
+        own = [one for one in read if one[0] in self.images]
+        for (index, _, levels_of), covers in zip(own, self._add_frames([one[1] for one in own]), strict=True):
+            if covers:
+                self._used.add(index)
+                if levels_of is not None and self._anomalies is not None:
+                    add_levels(self._anomalies, levels_of, self._view)
+
+    def _add_frames(self, frames: list[Frame]) -> list[bool]:
+        """Add frames, and tell of each whether it covers anything: the same whatever the batch."""
+        if all(frame.image.dtype.kind in "ui" for frame in frames):
+            return self._integral.add_all(frames) if frames else []
+        # Sums of a batch in which pixels are missing would be rounded otherwise than one after the other.
+        return [self._integral.add(frame) for frame in frames]
 
     def result(self, broken: dict[int, str]) -> TileResult:
         integral = self._integral
@@ -97,8 +122,17 @@ class _TileSums:
         )
 
 
-def integrate_tiles(work: Work, tiles: Sequence[Tile], advance: Advance = lambda _: None) -> list[TileResult]:
+def integrate_tiles(
+    work: Work, tiles: Sequence[Tile], advance: Advance = lambda _: None, reading: Reading | None = None
+) -> list[TileResult]:
     """Integrate some tiles at the same time, so that an image that several of them see is read once.
+
+    Args:
+        work: data and settings that the tiles have in common.
+        tiles: to be integrated.
+        advance: see :data:`Advance`.
+        reading: reads their images; None: this function does. Not used where values are left out, as images are gone
+            through several times then.
 
     Raises:
         InputDataError: if an image cannot be read, and broken ones are not skipped.
@@ -108,20 +142,47 @@ def integrate_tiles(work: Work, tiles: Sequence[Tile], advance: Advance = lambda
         return [_trimmed(work, tile, advance) for tile in tiles]
     sums = parallel_map(partial(_TileSums, work), tiles)
     broken: dict[int, str] = {}
-    indices = sorted({index for tile in tiles for index in tile.images})
-    for index, read in zip(indices, ahead_map(partial(_read_with_levels, work, tiles[0].cell_m), indices), strict=True):
-        if isinstance(read, str):
-            broken[index] = read
-        else:
-            for total in sums:
-                if index in total.images:
-                    total.add(index, *read)
-        advance(1)
+    for batch in (reading or _OwnReading(work, tiles)).batches(seen_images(tiles)):
+        broken |= {index: read for index, read in batch if isinstance(read, str)}
+        frames = [(index, *read) for index, read in batch if not isinstance(read, str)]
+        for total in sums:
+            total.add(frames)
+        advance(len(batch))
     return [total.result(broken) for total in sums]
 
 
-def _read_with_levels(work: Work, cell_m: float | None, index: int) -> tuple[Frame, Frame | None] | str:
-    """Return an image and its levels of anomaly, None if nothing is marked; the reason if it is broken."""
+def seen_images(tiles: Iterable[Tile]) -> list[int]:
+    """Return the indices of the images that may see any of the tiles, ascending."""
+    return sorted({index for tile in tiles for index in tile.images})
+
+
+class _OwnReading:
+    """Reads images for one process alone."""
+
+    def __init__(self, work: Work, tiles: Sequence[Tile]) -> None:
+        self._work = work
+        self._cell_m = tiles[0].cell_m
+
+    def batches(self, indices: Sequence[int]) -> Iterator[list[tuple[int, Read]]]:
+        batch: list[tuple[int, Read]] = []
+        held_bytes = 0
+        read_one = partial(read_with_levels, self._work, self._cell_m)
+        for index, read in zip(indices, ahead_map(read_one, indices), strict=True):
+            batch.append((index, read))
+            held_bytes += 0 if isinstance(read, str) else read[0].image.nbytes
+            if len(batch) == BATCH_FRAMES or held_bytes >= BATCH_BYTES:
+                yield batch
+                batch, held_bytes = [], 0
+        if batch:
+            yield batch
+
+
+def read_with_levels(work: Work, cell_m: float | None, index: int) -> Read:
+    """Read an image, and look for its levels of anomaly where they are asked for.
+
+    Raises:
+        InputDataError: if it cannot be read, and broken ones are not skipped.
+    """
     frame = _read(work, index)
     return frame if isinstance(frame, str) else (frame, _levels(work, frame, cell_m))
 
