@@ -86,8 +86,8 @@ class Recorder(Protocol):
         """Close the mission."""
         ...
 
-    async def flush(self) -> None:
-        """Return when all of the above is on disk.
+    async def flush(self, *, frames: bool = True) -> None:
+        """Return when all of the above is on disk, or all but frames.
 
         Raises:
             RecordingError: something recorded since the last flush could not be written.

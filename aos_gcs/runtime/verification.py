@@ -13,7 +13,7 @@ from aos_gcs.mission.model.steps import StepRecord
 from aos_gcs.mission.search.decisions.retrace import Retrace, Retraced
 from aos_gcs.ports import Capture
 from aos_gcs.store.codec import encode
-from aos_gcs.store.database import frame_digest
+from aos_gcs.store.frame_files import frame_digest
 from aos_gcs.store.reader import MissionReader
 from aos_gcs.store.upgrade import FIRST_WITH_DECISIONS
 
@@ -75,6 +75,8 @@ def verify_mission(reader: MissionReader) -> Verification:
             f"{FIRST_WITH_DECISIONS}) and does not hold what its decisions depended on"
         )
     steps, search = reader.steps(), reader.search()
+    if steps and _is_torn(reader, steps[-1]):
+        steps = steps[:-1]
     if not steps or search is None:
         raise InputDataError(f"{reader.folder} cannot be verified: it holds no step of a search")
     retrace, pending = Retrace(search), _Pending()
@@ -86,6 +88,14 @@ def verify_mission(reader: MissionReader) -> Verification:
         if _differ(fact.recorded, fact.computed):
             return Verification(len(steps), _difference(about, fact))
     return Verification(len(steps), None)
+
+
+def _is_torn(reader: MissionReader, last: StepRecord) -> bool:
+    """Return whether the station died before the frames of its last step, for which no decision waits, were written."""
+    known = reader.decision(last.step)
+    if reader.outcome() is not None or known is None:
+        return False
+    return not known[0].marks.keys() <= {entry.vehicle_id for entry in reader.frames(last.step)}
 
 
 @dataclass(slots=True)

@@ -72,7 +72,7 @@ class StepTrace:
     async def record_outcome(self, outcome: OutcomeRecord) -> None:
         """Drop the outcome."""
 
-    async def flush(self) -> None:
+    async def flush(self, *, frames: bool = True) -> None:
         """Return at once."""
 
 

@@ -8,6 +8,7 @@ those that JSON does not know are written as the strings ``nan``, ``inf`` and ``
 from __future__ import annotations
 
 import functools
+import json
 import math
 import re
 import types
@@ -39,6 +40,12 @@ def encode(value: object) -> Json:
         TypeError: a value has none of these types.
     """
     return _encoder(cast("Any", type(value)))(value)
+
+
+def dump(value: object, indent: int | None = None) -> str:
+    """Return the JSON text of anything that :func:`encode` takes."""
+    separators = (",", ":") if indent is None else None
+    return json.dumps(encode(value), allow_nan=False, ensure_ascii=False, indent=indent, separators=separators)
 
 
 @functools.cache

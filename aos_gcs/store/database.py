@@ -2,28 +2,22 @@
 
 from __future__ import annotations
 
-import json
-import os
 import shutil
 import sqlite3
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from hashlib import blake2b
 from pathlib import Path
 
-import numpy as np
-
-from aos_gcs.geometry.rotations import quaternion_from_R
 from aos_gcs.mission.model.actions import ActionRecord
 from aos_gcs.mission.model.decisions import ConclusionRecord, DecisionRecord, SearchRecord
 from aos_gcs.mission.model.events import Event
 from aos_gcs.mission.model.phase import OutcomeRecord
 from aos_gcs.mission.model.steps import Picture, StepRecord
 from aos_gcs.mission.model.vehicles import SettingsRecord
-from aos_gcs.ports import Capture
 from aos_gcs.store.audit import ACTION, CHAINED_EVENTS, EVENT, MANIFEST, append_entry, is_chained
-from aos_gcs.store.codec import encode
-from aos_gcs.store.images import encode_image
+from aos_gcs.store.codec import dump
+from aos_gcs.store.frame_files import FrameRow
+from aos_gcs.store.lasting_files import replace_file
 from aos_gcs.store.schema import (
     DATABASE_NAME,
     FRAMES_NAME,
@@ -47,7 +41,7 @@ class MissionDatabase:
             for name in (FRAMES_NAME, PICTURES_NAME, MAVLINK_NAME):
                 (folder / name).mkdir()
             content = dump(manifest, indent=2) + "\n"
-            _replace(folder / MANIFEST_NAME, content.encode())
+            replace_file(folder / MANIFEST_NAME, content.encode())
             self._connect(folder)
             self._connection.executescript(f"BEGIN; {TABLES} PRAGMA user_version = {SCHEMA_VERSION}; COMMIT;")
             self._is_chained = True
@@ -83,7 +77,6 @@ class MissionDatabase:
 
     def _connect(self, folder: Path) -> None:
         self._folder = folder
-        self._has_new_frames = False
         self._connection = sqlite3.connect(folder / DATABASE_NAME, isolation_level=None)
         # WAL: readers never wait and a killed writer leaves every committed row; FULL: a field laptop may lose power
         self._connection.execute("PRAGMA journal_mode = WAL")
@@ -92,7 +85,7 @@ class MissionDatabase:
         self._is_chained = is_chained(self._connection)
 
     def write(self, writes: Sequence[Write]) -> None:
-        """Carry the writes out in one transaction; what its rows name is on the disk before they are.
+        """Carry the writes out in one transaction.
 
         Raises:
             OSError: a file cannot be written.
@@ -102,9 +95,6 @@ class MissionDatabase:
         try:
             for write in writes:
                 write(self)
-            if self._has_new_frames and os.name == "posix":
-                _sync(self._folder / FRAMES_NAME, os.O_RDONLY)
-            self._has_new_frames = False
             self._connection.execute("COMMIT")
         except BaseException:
             if self._connection.in_transaction:  # SQLite has rolled back itself when the disk is full
@@ -159,35 +149,17 @@ class MissionDatabase:
             dump(record.summary),
         )
 
-    def add_frame(self, step: int, frame: Capture) -> None:
-        """Write the image file, then the row that names it, so that no row lacks its file after a loss of power."""
-        encoded = encode_image(frame.image, frame.bands)
-        name = f"{step:05d}_{frame.vehicle_id:03d}_{frame.image_index:05d}{encoded.suffix}"
-        _replace(self._folder / FRAMES_NAME / name, encoded.content, is_lasting=True)
-        self._has_new_frames = True
+    def add_frame(self, row: FrameRow) -> None:
+        """Add a row to the frames, whose image file is on the disk already."""
         self._execute(
             "INSERT INTO frames (step, vehicle_id, image_index, utc_s, time_sigma_s, latitude_deg, longitude_deg,"
             " altitude_amsl_m, q_cam2enu_wxyz, R_cam2enu, camera, bands, dtype, path, digest)",
-            step,
-            frame.vehicle_id,
-            frame.image_index,
-            frame.utc_s,
-            frame.time_sigma_s,
-            frame.position.latitude_deg,
-            frame.position.longitude_deg,
-            frame.position.altitude_amsl_m,
-            dump(quaternion_from_R(frame.R_cam2enu).tolist()),
-            dump(frame.R_cam2enu.tolist()),
-            dump(frame.camera),
-            dump(frame.bands),
-            frame.image.dtype.name,
-            f"{FRAMES_NAME}/{name}",
-            frame_digest(frame),
+            *row.values,
         )
 
     def add_picture(self, picture: Picture) -> None:
         """Write the file of a raster; the event that has announced it says where it lies on the ground."""
-        _replace(self._folder / picture_path(picture.step, picture.kind), picture.png)
+        replace_file(self._folder / picture_path(picture.step, picture.kind), picture.png)
 
     def remove_after(self, step: int) -> None:
         """Remove the rows of later steps and their frames."""
@@ -208,35 +180,3 @@ class MissionDatabase:
     def _chain(self, source: str, row: int, utc_s: float, content: str) -> None:
         if self._is_chained:
             append_entry(self._connection, source, row, utc_s, content)
-
-
-def frame_digest(frame: Capture) -> str:
-    """Return a text that is the same for the same pixels, pose and camera and differs for others, 32 characters."""
-    pose = dump((frame.position, frame.R_cam2enu, frame.camera, frame.bands, frame.image.dtype.str, frame.image.shape))
-    digest = blake2b(np.ascontiguousarray(frame.image).data, digest_size=16)
-    digest.update(pose.encode())
-    return digest.hexdigest()
-
-
-def dump(value: object, indent: int | None = None) -> str:
-    """Return the JSON text of anything the codec knows."""
-    separators = (",", ":") if indent is None else None
-    return json.dumps(encode(value), allow_nan=False, ensure_ascii=False, indent=indent, separators=separators)
-
-
-def _replace(path: Path, content: bytes, *, is_lasting: bool = False) -> None:
-    """Write a file that is either whole or not there; with ``is_lasting``, its content is on the disk then."""
-    part = path.with_name(path.name + ".part")
-    part.write_bytes(content)
-    if is_lasting:
-        _sync(part, os.O_RDWR)
-    part.replace(path)
-
-
-def _sync(path: Path, flags: int) -> None:
-    """Wait until a file, or the names of the files in a folder, are on the disk."""
-    descriptor = os.open(path, flags)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)

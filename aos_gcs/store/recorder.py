@@ -1,8 +1,10 @@
 """Records a mission as it happens.
 
-Buffered: yes, ``QUEUE_SIZE`` records; when full: the caller waits, nothing is dropped. One thread writes, several
-records per transaction. A storage that fails never stops a mission: the records concerned are lost and counted, the
-operator gets a notice when it begins and when it is over, and ``flush`` raises.
+Buffered: yes, ``QUEUE_SIZE`` frames and as many other records; when full: the caller waits, nothing is dropped. One
+thread writes the image files of frames, which takes milliseconds of the processor for each, another one the database,
+several records per transaction: a decision does not wait for images. A storage that fails never stops a mission: the
+records concerned are lost and counted, the operator gets a notice when it begins and when it is over, and ``flush``
+raises.
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Final
+from typing import Final, TypeVar
 
 from aos_gcs.errors import ConfigurationError, RecordingError
 from aos_gcs.mission.model.actions import ActionRecord
@@ -27,7 +29,10 @@ from aos_gcs.mission.model.steps import Picture, StepRecord
 from aos_gcs.mission.model.vehicles import SettingsRecord
 from aos_gcs.ports import Capture, Notice, Severity
 from aos_gcs.store.database import MissionDatabase, Write
+from aos_gcs.store.frame_files import FrameRow, write_frames
 from aos_gcs.store.schema import MAVLINK_NAME
+
+T = TypeVar("T")
 
 QUEUE_SIZE: Final = 64
 """Bounds the memory as well: a frame of 512 x 512 pixels and four bands takes 4 MiB."""
@@ -52,7 +57,10 @@ class MissionRecorder:
     def __init__(self, folder: Path, notify: Callable[[Notice], None]) -> None:
         self._folder = folder
         self._notify = notify
+        self._frames: asyncio.Queue[tuple[int, Capture] | _Flush | None] = asyncio.Queue(QUEUE_SIZE)
         self._queue: asyncio.Queue[Write | _Flush | None] = asyncio.Queue(QUEUE_SIZE)
+        self._failing: set[str] = set()
+        """What cannot be written at present."""
         self._failure: RecordingError | None = None
         self._lost = 0
         self._lost_before_flush = 0
@@ -100,13 +108,19 @@ class MissionRecorder:
 
     @asynccontextmanager
     async def _writing(self, open_database: Callable[[], MissionDatabase]) -> AsyncIterator[None]:
-        with ThreadPoolExecutor(max_workers=1, thread_name_prefix="recorder") as thread:
+        with (
+            ThreadPoolExecutor(max_workers=1, thread_name_prefix="recorder") as thread,
+            ThreadPoolExecutor(max_workers=1, thread_name_prefix="recorder of frames") as frame_thread,
+        ):
             loop = asyncio.get_running_loop()
             database = await loop.run_in_executor(thread, open_database)
             writer = asyncio.create_task(self._write_all(database, thread), name="recorder")
+            frame_writer = asyncio.create_task(self._write_frames(frame_thread), name="recorder of frames")
             try:
                 yield
             finally:
+                await self._frames.put(_END)
+                await frame_writer
                 await self._queue.put(_END)
                 await writer
                 await loop.run_in_executor(thread, database.close)
@@ -127,7 +141,7 @@ class MissionRecorder:
 
     async def record_frame(self, step: int, frame: Capture) -> None:
         """Record a frame with its pose; the image must not be changed afterwards."""
-        await self._queue.put(lambda database: database.add_frame(step, frame))
+        await self._frames.put((step, frame))
 
     async def record_picture(self, picture: Picture) -> None:
         """Record a raster as it is shown."""
@@ -167,43 +181,66 @@ class MissionRecorder:
         """Record how the mission has ended; once."""
         await self._queue.put(lambda database: database.add_outcome(outcome))
 
-    async def flush(self) -> None:
-        """Wait until everything recorded so far is on the disk.
+    async def flush(self, *, frames: bool = True) -> None:
+        """Wait until everything recorded so far is on the disk, or everything but frames.
 
         Raises:
             RecordingError: something recorded since the last flush could not be written.
         """
         done = asyncio.get_running_loop().create_future()
-        await self._queue.put(_Flush(done))
+        if frames:
+            await self._frames.put(_Flush(done))
+        else:
+            await self._queue.put(_Flush(done))
         await done
+
+    async def _write_frames(self, thread: ThreadPoolExecutor) -> None:
+        """Write the files of frames until the end mark, and hand over their rows; owned by :meth:`_writing`."""
+        loop = asyncio.get_running_loop()
+        ended = False
+        while not ended:
+            batch = await _waiting(self._frames)
+            ended = _END in batch
+            frames = [item for item in batch if isinstance(item, tuple)]
+            if frames:
+                rows = await loop.run_in_executor(thread, write_frames, self._folder, frames)
+                self._report("frames", [row for row in rows if isinstance(row, Exception)])
+                for row in rows:
+                    if isinstance(row, FrameRow):
+                        await self._queue.put(partial(_add_frame, row))
+            for item in batch:
+                if isinstance(item, _Flush):
+                    await self._queue.put(item)
 
     async def _write_all(self, database: MissionDatabase, thread: ThreadPoolExecutor) -> None:
         """Write batches until the end mark; owned by :meth:`_writing`."""
         loop = asyncio.get_running_loop()
         ended = False
         while not ended:
-            batch = [await self._queue.get()]
-            while not self._queue.empty():
-                batch.append(self._queue.get_nowait())
+            batch = await _waiting(self._queue)
             ended = _END in batch
             writes = [item for item in batch if item is not _END and not isinstance(item, _Flush)]
             if writes:
-                self._report(await loop.run_in_executor(thread, _write, database, writes))
+                self._report("rows", await loop.run_in_executor(thread, _write, database, writes))
             for item in batch:
                 if isinstance(item, _Flush):
                     self._answer(item)
 
-    def _report(self, errors: Sequence[Exception]) -> None:
+    def _report(self, what: str, errors: Sequence[Exception]) -> None:
+        """Count what is lost; report when something begins to fail, and when everything works again."""
         self._lost += len(errors)
         self._lost_before_flush += len(errors)
-        if errors:
+        if not errors:
+            self._failing.discard(what)
+        else:
+            self._failing.add(what)
             self._why_lost = str(errors[0])
         if errors and self._failure is None:
             self._failure = RecordingError(
                 f"cannot record into {self._folder}: {errors[0]}; free some space or check the disk"
             )
             self._notify(Notice(Severity.CRITICAL, f"The mission continues without recording: {self._failure}."))
-        elif not errors and self._failure is not None:
+        elif not self._failing and self._failure is not None:
             self._failure = None
             self._notify(Notice(Severity.WARNING, f"Recording resumed; {self._lost} records were lost."))
 
@@ -220,6 +257,18 @@ class MissionRecorder:
         else:
             flush.done.set_result(None)
         self._lost_before_flush = 0
+
+
+async def _waiting(queue: asyncio.Queue[T]) -> list[T]:
+    """Return everything that waits in a queue, once there is something."""
+    batch = [await queue.get()]
+    while not queue.empty():
+        batch.append(queue.get_nowait())
+    return batch
+
+
+def _add_frame(row: FrameRow, database: MissionDatabase) -> None:
+    database.add_frame(row)
 
 
 def _make(folder: Path, manifest: Mapping[str, object]) -> MissionDatabase:

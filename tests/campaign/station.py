@@ -55,7 +55,7 @@ class _Counted:
             await self._recorder.record_action(action)
 
 
-async def _write_nothing(*_: object) -> None:
+async def _write_nothing(*_: object, **__: object) -> None:
     """Stand in for a recorder whose process is dead."""
 
 

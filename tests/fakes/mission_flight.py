@@ -126,7 +126,7 @@ class MemoryRecorder:
         if self._has_room():
             self.outcome = outcome
 
-    async def flush(self) -> None:
+    async def flush(self, *, frames: bool = True) -> None:  # noqa: ARG002
         if self.is_stuck:
             await asyncio.Event().wait()
         if self.on_flush is not None:

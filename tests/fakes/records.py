@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
 from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict
@@ -15,12 +17,20 @@ from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.steps import StepRecord
 from aos_gcs.mission.model.vehicles import Task, VehicleSnapshot
 from aos_gcs.ports import Capture, Severity, VehicleState
+from aos_gcs.store.frame_files import FrameRow, write_frames
 
 ORIGIN = GeodeticPosition(48.33, 14.33, 301.25)
 
 
 def notice_event(seq: int, text: str = "hello") -> Event:
     return Event(seq, 1000.0 + seq, EventKind.NOTICE, NoticeRecord(Severity.INFO, text, None, float(seq)))
+
+
+def frame_row(folder: Path, step: int, frame: Capture) -> FrameRow:
+    """Write the file of a frame into a mission folder, and return its row."""
+    (row,) = write_frames(folder, [(step, frame)])
+    assert isinstance(row, FrameRow)
+    return row
 
 
 def step_record(step: int) -> StepRecord:

@@ -22,6 +22,7 @@ from aos_gcs.wall.model import Look, WallSettings
 from aos_gcs.wall.source import ReplayedTime, WallSource
 from aos_gcs.wall.watch import WallUpdate, Watch
 from tests.fakes.mission import ORIGIN
+from tests.fakes.records import frame_row
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -102,7 +103,8 @@ class GrowingRecord:
             nadir_pose([0.0, 0.0, 35.0]).R_cam2enu,
             _CAMERA,
         )
-        self._database.write([lambda database: database.add_frame(1, capture)])
+        row = frame_row(self.folder, 1, capture)
+        self._database.write([lambda database: database.add_frame(row)])
 
     def close(self) -> None:
         """Close the record."""

@@ -45,18 +45,22 @@ async def test_a_whole_mission_finds_the_target_and_lands_all() -> None:
 
 async def test_each_step_is_recorded_before_its_waypoints_are_sent() -> None:
     flight = prepare()
-    gotos_at_flush: list[tuple[int, int]] = []
+    gotos_at_flush: dict[int, int] = {}
+    steps_told: dict[int, int] = {}
 
     def count() -> None:
         gotos = sum(isinstance(command, Goto) for v in flight.fleet.members.values() for command in v.commands)
-        gotos_at_flush.append((max(flight.recorder.steps, default=0), gotos))
+        gotos_at_flush.setdefault(max(flight.recorder.steps, default=0), gotos)
+        steps_told[max(flight.recorder.steps, default=0)] = len(flight.view.steps())
 
     flight.recorder.on_flush = count
     async with flying(flight) as run:
         await run
-    first_step_gotos = gotos_at_flush[0][1]
-    for step, gotos in gotos_at_flush[:5]:
-        assert gotos == first_step_gotos + 4 * (step - 1)
+    first_step_gotos = gotos_at_flush[1]
+    for step in range(1, 6):
+        assert gotos_at_flush[step] == first_step_gotos + 4 * (step - 1)
+        # Nobody is told of a step before its frames are on the disk, either.
+        assert steps_told[step] == step - 1
     assert {step for step, _ in flight.recorder.frames} == set(flight.recorder.steps)
 
 

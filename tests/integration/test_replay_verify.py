@@ -109,6 +109,18 @@ def test_a_changed_pixel_is_named(copy: Path, capsys: pytest.CaptureFixture[str]
     )
 
 
+def test_a_last_step_whose_frames_a_killed_station_has_not_written_is_left_out(
+    copy: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with MissionReader(copy) as reader:
+        last = reader.steps()[-1].step
+        assert reader.outcome() is None
+    with closing(sqlite3.connect(copy / DATABASE_NAME)) as database:
+        database.execute("DELETE FROM frames WHERE step = ? AND vehicle_id > 1", (last,))
+        database.commit()
+    assert verify(copy, capsys) == (0, f"identical: {last - 1} steps computed again\n")
+
+
 def move_frame(database: Database) -> None:
     database.execute("UPDATE frames SET latitude_deg = latitude_deg + 1e-6 WHERE step = ? AND vehicle_id = 2", (STEP,))
 

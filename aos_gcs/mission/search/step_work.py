@@ -161,14 +161,14 @@ class StepWork:
             phase: phase of this step.
             swarm: vehicles of the swarm, or of a group of it.
             intake: intake of the frames, which is over.
-            taken: frames that were taken, if any; the last of them has just come.
+            taken: frames that were taken, if any.
             may_sweep: whether the vehicles may fly along the leg without stops.
             sweep: the sweep in which they were taken; None: at rest.
             group: group whose step it is, in a split swarm.
             vision: sees the frames of the scanning group; None: that of the search.
             send: begins to send the waypoints of the close look, for whose confirmation the others do not wait.
         """
-        context, received_at_s = self._context, time.perf_counter()
+        context, received_at_s = self._context, intake.received_at_s
         vision, self._problem = self._vision if vision is None else vision, (_NO_FRAME, "")
         if not taken.captures:
             return None
@@ -192,7 +192,7 @@ class StepWork:
         decision, record, reasons = self._decide(
             vision, phase, situation, taken, analysis, may_sweep=may_sweep, group=group
         )
-        await self._record(record, reasons)
+        is_recorded = await self._record(record, reasons)
         work_ms = _ms_since(received_at_s)
         if send is not None:
             send(decision.waypoints)
@@ -206,6 +206,7 @@ class StepWork:
                 loop_lag_p99_ms=self._mission.loop_monitor.take_step_lag_p99_ms(),
                 focal_height_m=analysis.grid.height_m,
             ),
+            is_recorded=is_recorded,
         )
         sign_of_life(WORK_S)
         # Operators are shown what the look sees.
@@ -315,8 +316,11 @@ class StepWork:
         )
         return decision, step, record
 
-    async def _record(self, record: StepRecord, reasons: DecisionRecord) -> None:
-        """Record the decision: what the vehicles are commanded is on disk even if we die while commanding them."""
+    async def _record(self, record: StepRecord, reasons: DecisionRecord) -> bool:
+        """Record the decision: what the vehicles are commanded is on disk even if we die while commanding them.
+
+        Its frames follow: no command waits for them. Returns whether the disk has taken it.
+        """
         context, recorder = self._context, self._mission.recorder
         async with context.journal.with_disk_timeout(f"step {self.step}"):
             if reasons.decided == 0:
@@ -324,7 +328,9 @@ class StepWork:
                 await recorder.record_search(SearchRecord(context.settings, origin, left))
             await recorder.record_step(record, self._decider.strategy_state())
             await recorder.record_decision(reasons)
-            await recorder.flush()
+            await recorder.flush(frames=False)
+            return True
+        return False
 
     async def _send(self, decision: Decision, sweep: SweepFlight | None, received_at_s: float) -> float:
         """Send the waypoints; return the milliseconds from the last frame to the last goto on the link.
@@ -343,10 +349,14 @@ class StepWork:
             await sweep.finish()
         return handed_over_ms[-1]
 
-    async def _publish(self, record: StepRecord) -> None:
-        journal = self._context.journal
+    async def _publish(self, record: StepRecord, *, is_recorded: bool) -> None:
+        """Record what the step took, and publish it; a disk that has not taken the decision is not waited for again."""
+        journal, recorder = self._context.journal, self._mission.recorder
         async with journal.with_disk_timeout(f"step {self.step}"):
-            await self._mission.recorder.record_step(record, self._decider.strategy_state())
+            await recorder.record_step(record, self._decider.strategy_state())
+            if is_recorded:
+                # Whoever is told of a step reads its frames at once.
+                await recorder.flush()
         journal.step(record)
 
     async def _learn(self, worked: Worked) -> Phase:

@@ -21,7 +21,7 @@ from aos_gcs.store.reader import MissionReader
 from aos_gcs.store.replay import MissionReplay
 from aos_gcs.store.summary import summarise
 from tests.fakes.recording import record
-from tests.fakes.records import capture, step_record
+from tests.fakes.records import capture, frame_row, step_record
 from tests.fuzz import SEED, damage
 
 TABLES = ("events", "steps", "frames", "actions", "settings", "outcome")
@@ -33,9 +33,10 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("whole") / "mission"
     asyncio.run(record(folder, length_s=25, vehicles=2))
     database = MissionDatabase(folder.parent / "rows", {})
+    row = frame_row(folder.parent / "rows", 1, capture(1))
     database.write(
         [
-            lambda database: database.add_frame(1, capture(1)),
+            lambda database: database.add_frame(row),
             lambda database: database.add_step(step_record(1), {"weights": np.ones(3)}),
         ]
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import time
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
@@ -36,11 +37,14 @@ class FrameIntake:
         self._examined: dict[int, ExaminedFrame] = {}
         self.frames: dict[int, Frame] = {}
         """Frames by vehicle, with the poses that the vehicles have reported."""
+        self.received_at_s = time.perf_counter()
+        """Reading of the performance counter when the last of them came."""
 
     def add(self, capture: Capture, speed_mps: float = 0.0) -> None:
         """Take in a frame, exposed at some speed."""
         frame = to_frame(capture, self._context.roster.local_frame(), speed_mps)
         self.frames[capture.vehicle_id] = frame
+        self.received_at_s = time.perf_counter()
         self._to_record.put_nowait(capture)
         self._to_examine.put_nowait(frame)
 
