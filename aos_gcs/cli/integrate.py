@@ -116,47 +116,48 @@ def integrate(
         offset_m=dem_offset,
         stack=focus_stack,
     )
-    survey = open_survey(
-        image_folder,
-        poses=poses,
-        optics=CameraOptions(fov, camera, lens, fisheye, calibration),
-        origin=origin,
-        convention=convention,
-        frames=frames,
-        ground_amsl_m=ground,
-        sensor=sensor,
-        degrees=degrees,
-        dji_sdk=dji_sdk,
-        skip_broken=skip_broken,
-        on_terrain=dem is not None,
-    )
-    inputs = (path for path in (poses, dem, camera, calibration) if path is not None)
-    results.check_inputs((*(image.path for image in survey.images), *inputs))
-    georeference = _georeference(survey, dem)
-    results.check_georeference(georeference)
-    virtual = virtual_camera(survey, view, size) if ortho is None else None
-    terrain = focus.terrain(survey)
-    survey = with_terrain_checked(survey, terrain, dem, dem_offset)
-    surface = focus.surface(survey, terrain, virtual, skip_broken=skip_broken)
-    work = Work(
-        images=survey.images,
-        bands=survey.bands,
-        surface=surface,
-        exact=exact,
-        trim=options.share_left_out,
-        detector=results.wanted_detector,
-        min_score=min_score,
-        skip_broken=skip_broken,
-        max_bytes=max_memory * 1_000_000,
-    )
-    if virtual is not None:
-        view_of_all = ViewTile(tuple(range(len(survey.images))), *virtual)
-        shape = virtual[0].height_px, virtual[0].width_px
-        rasters = _integrate(options, work, [view_of_all], shape, out)
-        results.write(rasters, survey.bands, None, _significances(rasters, pixel_size_m(*virtual, surface)))
-    else:
-        _integrate_map(options, work, ortho or math.nan, georeference, results)
-    _report_ground_without_height(survey, surface, dem)
+    with options.begun(on_terrain=dem is not None) as options:
+        survey = open_survey(
+            image_folder,
+            poses=poses,
+            optics=CameraOptions(fov, camera, lens, fisheye, calibration),
+            origin=origin,
+            convention=convention,
+            frames=frames,
+            ground_amsl_m=ground,
+            sensor=sensor,
+            degrees=degrees,
+            dji_sdk=dji_sdk,
+            skip_broken=skip_broken,
+            on_terrain=dem is not None,
+        )
+        inputs = (path for path in (poses, dem, camera, calibration) if path is not None)
+        results.check_inputs((*(image.path for image in survey.images), *inputs))
+        georeference = _georeference(survey, dem)
+        results.check_georeference(georeference)
+        virtual = virtual_camera(survey, view, size) if ortho is None else None
+        terrain = focus.terrain(survey)
+        survey = with_terrain_checked(survey, terrain, dem, dem_offset)
+        surface = focus.surface(survey, terrain, virtual, skip_broken=skip_broken)
+        work = Work(
+            images=survey.images,
+            bands=survey.bands,
+            surface=surface,
+            exact=exact,
+            trim=options.share_left_out,
+            detector=results.wanted_detector,
+            min_score=min_score,
+            skip_broken=skip_broken,
+            max_bytes=max_memory * 1_000_000,
+        )
+        if virtual is not None:
+            view_of_all = ViewTile(tuple(range(len(survey.images))), *virtual)
+            shape = virtual[0].height_px, virtual[0].width_px
+            rasters = _integrate(options, work, [view_of_all], shape, out)
+            results.write(rasters, survey.bands, None, _significances(rasters, pixel_size_m(*virtual, surface)))
+        else:
+            _integrate_map(options, work, ortho or math.nan, georeference, results)
+        _report_ground_without_height(survey, surface, dem)
 
 
 def _report_ground_without_height(survey: Survey, surface: FocalSurface, dem: Path | None) -> None:

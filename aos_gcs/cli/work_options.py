@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
@@ -15,8 +15,8 @@ from aos_gcs.cluster import remote_cluster
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.imaging.trimmed import MEDIAN
 from aos_gcs.surveys.cluster import integrate_on_cluster
-from aos_gcs.surveys.integration import TileResult, Work, integrate_tiles
-from aos_gcs.surveys.processes import integrate_in_processes, process_groups
+from aos_gcs.surveys.integration import TileResult, Work, integrate_tiles, seen_images
+from aos_gcs.surveys.processes import Processes, open_processes
 from aos_gcs.surveys.rasters import SurveyRasters, assemble
 from aos_gcs.surveys.tiles import Tile, grouped
 
@@ -88,6 +88,8 @@ class WorkOptions:
     max_memory_mb: int
     jobs: int | None
     scheduler: str | None
+    processes: Processes | None = None
+    """Processes that have been started for the jobs."""
 
     def __post_init__(self) -> None:
         if self.median and self.trim is not None:
@@ -111,6 +113,15 @@ class WorkOptions:
             name = "--jobs" if self.jobs is not None else "--scheduler"
             raise ConfigurationError(f"{name} divides the tiles of a map: request one with --ortho RES.")
 
+    @contextmanager
+    def begun(self, *, on_terrain: bool) -> Iterator[WorkOptions]:
+        """Start the processes of the jobs, which get ready while the recording is read, and return the same options."""
+        if self.jobs is None:
+            yield self
+            return
+        with open_processes(self.jobs, ("scipy.ndimage",) if on_terrain else ()) as processes:
+            yield replace(self, processes=processes)
+
     @property
     def share_left_out(self) -> float | None:
         """Share of a pixel's values left out at either end; None: plain mean."""
@@ -133,19 +144,15 @@ class WorkOptions:
 
     @contextmanager
     def _results(self, work: Work, tiles: Sequence[Tile]) -> Iterator[Iterator[list[TileResult]]]:
-        if self.jobs is None and self.scheduler is None:
-            groups = grouped(tiles, work.cell_bytes, work.max_bytes)
-            with progress("Integrating images", sum(len(_images(group)) for group in groups)) as advance:
-                yield (integrate_tiles(work, group, advance) for group in groups)
+        if self.processes is not None:
+            groups = self.processes.groups(work, tiles)
+            with progress("Integrating images", sum(len(seen_images(group)) for group in groups)) as advance:
+                yield self.processes.integrate(work, groups, advance)
             return
-        if self.jobs is not None:
-            groups = process_groups(self.jobs, work, tiles)
-            with progress("Integrating images", sum(len(_images(group)) for group in groups)) as advance:
-                yield integrate_in_processes(self.jobs, work, groups, advance)
+        if self.scheduler is None:
+            groups = grouped(tiles, work.cell_bytes, work.max_bytes)
+            with progress("Integrating images", sum(len(seen_images(group)) for group in groups)) as advance:
+                yield (integrate_tiles(work, group, advance) for group in groups)
             return
         with remote_cluster(self.scheduler or "") as client, progress("Integrating tiles", len(tiles)) as advance:
             yield integrate_on_cluster(client, work, tiles, advance)
-
-
-def _images(tiles: Sequence[Tile]) -> set[int]:
-    return {index for tile in tiles for index in tile.images}

@@ -16,7 +16,7 @@ from aos_gcs.imaging import workers
 from aos_gcs.imaging.surfaces.ground import choose_raster
 from aos_gcs.surveys.integration import Work, integrate_tiles
 from aos_gcs.surveys.model import SurveyImage
-from aos_gcs.surveys.processes import integrate_in_processes, process_groups
+from aos_gcs.surveys.processes import open_processes
 from aos_gcs.surveys.tiles import MapTile, grouped, map_tiles
 from tests.fakes.command_line import exit_status
 
@@ -42,9 +42,10 @@ def tiles_of(work: Work) -> list[MapTile]:
 
 def test_two_processes_give_what_one_gives(work: Work) -> None:
     tiles = tiles_of(work)
-    groups = process_groups(2, work, tiles)
     done: list[int] = []
-    results = [one for group in integrate_in_processes(2, work, groups, done.append) for one in group]
+    with open_processes(2) as processes:
+        groups = processes.groups(work, tiles)
+        results = [one for group in processes.integrate(work, groups, done.append) for one in group]
     alone = integrate_tiles(work, tiles)
     assert len(results) == len(alone)
     own = {(one.window[0].start, one.window[1].start): one for one in results}
@@ -57,10 +58,9 @@ def test_two_processes_give_what_one_gives(work: Work) -> None:
 
 
 def test_an_error_of_a_process_comes_back_as_it_is(work: Work) -> None:
-    groups = process_groups(2, work, tiles_of(work))
     work.images[3].path.write_bytes(b"text")
-    with pytest.raises(InputDataError, match=r"3\.png"):
-        list(integrate_in_processes(2, work, groups, lambda _: None))
+    with open_processes(2) as processes, pytest.raises(InputDataError, match=r"3\.png"):
+        list(processes.integrate(work, processes.groups(work, tiles_of(work)), lambda _: None))
 
 
 def test_groups_are_of_about_equal_work(work: Work) -> None:
