@@ -60,17 +60,13 @@ class Detours:
 
         None: the straight segment is clear, or there is no path at all.
         """
-        are_far = self._are_far(starts_m, ends_m)
-        return [
-            None if is_far else self._next_corner(start_m, end_m)
-            for is_far, start_m, end_m in zip(are_far, starts_m, ends_m, strict=True)
-        ]
-
-    def _next_corner(self, start_m: FloatArray, end_m: FloatArray) -> FloatArray | None:
-        if self._is_clear(start_m, end_m):
-            return None
-        came_from = self._search(start_m, end_m)
-        return None if came_from is None else self._first_corner(came_from)
+        corners_m: list[FloatArray | None] = [None] * len(starts_m)
+        near = np.flatnonzero(~self._are_far(starts_m, ends_m))
+        are_clear = self._are_clear(starts_m[near], ends_m[near], self._required_m(starts_m[near]))
+        for index in near[~are_clear].tolist():
+            if (came_from := self._search(starts_m[index], ends_m[index])) is not None:
+                corners_m[index] = self._first_corner(came_from)
+        return corners_m
 
     def has_path(self, start_m: FloatArray, end_m: FloatArray) -> bool:
         """Return whether a path joins two points, shape (2,) each, on the allowed side of all boundaries."""
@@ -78,7 +74,7 @@ class Detours:
 
     def reached(self, start_m: FloatArray, ends_m: FloatArray) -> NDArray[np.bool_]:
         """Return which places, shape (k, 2), a path reaches from a point, shape (2,), with the margin kept there."""
-        is_reached = self._sees(start_m, ends_m, self._required_m(start_m))
+        is_reached = self._sees(start_m, ends_m, self._required_m(start_m[None])[0])
         is_reached[is_reached] = self._is_admissible(ends_m[is_reached])
         settled, waiting = {_START}, [_START]
         while waiting and not is_reached.all():
@@ -101,7 +97,7 @@ class Detours:
     def _is_clear(self, start_m: FloatArray, end_m: FloatArray) -> bool:
         if self._are_far(start_m[None], end_m[None])[0]:
             return True
-        return bool(self._sees(start_m, end_m[None], self._required_m(start_m))[0])
+        return bool(self._are_clear(start_m[None], end_m[None], self._required_m(start_m[None]))[0])
 
     def _search(self, start_m: FloatArray, end_m: FloatArray) -> dict[int, int] | None:
         """Return the predecessor of each corner on the shortest path, by A*; None if there is no path."""
@@ -139,7 +135,7 @@ class Detours:
     def _corners_seen(self, node: int, here_m: FloatArray) -> NDArray[np.bool_]:
         """Return which corners are seen from a node, shape (c,)."""
         if node == _START:
-            return self._sees(here_m, self._corners_m, self._required_m(here_m))
+            return self._sees(here_m, self._corners_m, self._required_m(here_m[None])[0])
         if node not in self._seen_from:
             self._seen_from[node] = self._sees(here_m, self._corners_m, self._margins_m + self._slack_m)
         return self._seen_from[node]
@@ -148,23 +144,31 @@ class Detours:
         """Return one value per boundary as one per edge."""
         return np.repeat(np.array(values, dtype=np.float64), self._edge_counts)
 
-    def _required_m(self, point_m: FloatArray) -> FloatArray:
-        """Return the distance that a segment from a point, shape (2,), must keep from each edge; infinity beyond it."""
-        depths_m = [(boundary.depth_m(point_m), boundary.margin_m) for boundary in self._boundaries]
-        return self._per_edge([min(margin_m, depth_m) if depth_m > 0.0 else math.inf for depth_m, margin_m in depths_m])
+    def _required_m(self, points_m: FloatArray) -> FloatArray:
+        """Return the distances that segments from points, shape (n, 2), must keep from the edges; infinity beyond one."""
+        depths_m = np.array([boundary.depths_m(points_m) for boundary in self._boundaries])
+        margins_m = np.array([[boundary.margin_m] for boundary in self._boundaries])
+        required_m = np.where(depths_m > 0.0, np.minimum(margins_m, depths_m), np.inf)
+        return np.asarray(np.repeat(required_m, self._edge_counts, axis=0).T)
 
     def _sees(self, here_m: FloatArray, there_m: FloatArray, required_m: FloatArray) -> NDArray[np.bool_]:
         """Return which points, shape (n, 2), a segment reaches that keeps the distances and meets no edge."""
+        shape = len(there_m), len(self._edge_starts)
+        return self._are_clear(np.broadcast_to(here_m, there_m.shape), there_m, np.broadcast_to(required_m, shape))
+
+    def _are_clear(self, starts_m: FloatArray, ends_m: FloatArray, required_m: FloatArray) -> NDArray[np.bool_]:
+        """Return which segments, ends of shape (n, 2), keep distances, shape (n, edges), and meet no edge."""
         least_m = np.maximum(required_m - TOLERANCE_M, 2.0 * TOLERANCE_M)
-        if np.isinf(least_m).any():
-            return np.zeros(len(there_m), dtype=np.bool_)
-        starts, ends = self._edge_starts, self._edge_ends
-        nearest_m = float(least_m.max())
-        there, edge = near_pairs(np.broadcast_to(here_m, there_m.shape), there_m, starts, ends, nearest_m)
-        gaps_m = segment_distance(here_m, there_m[there], starts[edge], ends[edge])
-        is_clear = np.ones(len(there_m), dtype=np.bool_)
-        is_clear[there[gaps_m < least_m[edge]]] = False
-        return is_clear
+        are_clear = np.asarray(np.isfinite(least_m).all(axis=1))
+        rows = np.flatnonzero(are_clear)
+        if not rows.size:
+            return are_clear
+        nearest_m = float(least_m[rows].max())
+        near, edge = near_pairs(starts_m[rows], ends_m[rows], self._edge_starts, self._edge_ends, nearest_m)
+        row = rows[near]
+        gaps_m = segment_distance(starts_m[row], ends_m[row], self._edge_starts[edge], self._edge_ends[edge])
+        are_clear[row[gaps_m < least_m[row, edge]]] = False
+        return are_clear
 
     def _admissible(self, points_m: FloatArray) -> FloatArray:
         """Return those of the points, shape (n, 2), that keep every boundary's margin."""

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -144,10 +145,11 @@ def _changes(duration_s: float, settings: MotionSettings) -> NDArray[np.float64]
     return np.asarray(settled + math.exp(-(sets_out_hz + stops_hz) * duration_s) * (np.eye(2) - settled))
 
 
+@lru_cache(maxsize=4)
 def _transition(
     model: int, duration_s: float, settings: MotionSettings
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the transition matrix and the process noise, both of shape (4, 4)."""
+    """Return the transition matrix and the process noise, both of shape (4, 4): the same for all tracks of a step."""
     t, eye = duration_s, np.eye(2)
     if model == STILL:
         return np.diag([1.0, 1.0, 0.0, 0.0]), np.diag([settings.diffusion_m2ps * t] * 2 + [0.0, 0.0])

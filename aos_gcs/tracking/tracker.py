@@ -180,15 +180,15 @@ def _assign(tracks: Sequence[Track], measurements: Sequence[Measurement], settin
     """Return the measurement of each track that has one, by their indices."""
     if not tracks or not measurements:
         return {}
-    gains = np.array(
-        [
-            [density(track.motion, one.position_enu_m, one.covariance_m2) / settings.new_per_m2 for one in measurements]
-            for track in tracks
-        ]
-    )
-    offsets_m = np.array([[one.position_enu_m - track.position_enu_m for one in measurements] for track in tracks])
+    places_m = np.array([track.position_enu_m for track in tracks])
+    offsets_m = np.array([one.position_enu_m for one in measurements]) - places_m[:, np.newaxis]
     is_limited = np.array([_has_stayed(track) or track.motion.at_s - track.seen_at_s > FRESH_S for track in tracks])
-    gains[is_limited[:, np.newaxis] & (np.linalg.norm(offsets_m, axis=-1) > settings.max_surprise_m)] = 0.0
+    is_possible = ~is_limited[:, np.newaxis] | (np.linalg.norm(offsets_m, axis=-1) <= settings.max_surprise_m)
+    gains = np.zeros(is_possible.shape)
+    # Most pairs are far apart.
+    for row, column in zip(*np.nonzero(is_possible), strict=True):
+        one = measurements[column]
+        gains[row, column] = density(tracks[row].motion, one.position_enu_m, one.covariance_m2) / settings.new_per_m2
     # What is likelier new gains nothing, whichever track it is left with.
     rows, columns = scipy.optimize.linear_sum_assignment(np.log(np.maximum(gains, 1.0)), maximize=True)
     return {int(row): int(column) for row, column in zip(rows, columns, strict=True) if gains[row, column] > 1.0}

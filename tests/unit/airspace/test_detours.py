@@ -149,3 +149,14 @@ def test_places_reached_are_those_that_a_path_leads_to(data: st.DataObject) -> N
         for place_m in places_m
     ]
     assert detours.reached(start_m, places_m).tolist() == expected
+
+
+def test_ways_that_are_looked_at_together_are_those_of_each_alone() -> None:
+    detours = Detours([NOTCHED, zone((-20.0, -20.0), (-20.0, -30.0), (20.0, -30.0), (20.0, -20.0))], SLACK_M)
+    starts_m, ends_m = np.random.default_rng(5).uniform(-55.0, 55.0, (2, 60, 2))
+    together = detours.next_corners(starts_m, ends_m)
+    alone = [next_corner(detours, start_m, end_m) for start_m, end_m in zip(starts_m, ends_m, strict=True)]
+    assert [None if corner_m is None else tuple(corner_m) for corner_m in together] == [
+        None if corner_m is None else tuple(corner_m) for corner_m in alone
+    ]
+    assert 0 < sum(corner_m is None for corner_m in together) < len(together)

@@ -7,7 +7,7 @@ import pytest
 from scipy.special import chdtri
 
 from aos_gcs.errors import ConfigurationError
-from aos_gcs.tracking.motion import MotionSettings, begin, predict
+from aos_gcs.tracking.motion import MotionSettings, begin, density, predict
 from aos_gcs.tracking.tracker import Measurement, TrackingSettings, Tracks, observe
 
 SETTINGS = TrackingSettings()
@@ -171,3 +171,20 @@ def test_a_target_seen_twice_in_one_place_does_not_go_over_to_another_body() -> 
     stays, elsewhere = [(0.0, 0.0)], [(0.0, 9.0)]
     _, ids = run([stays, stays, elsewhere], step_s=4.0)
     assert ids == [(1,), (1,), (2,)]
+
+
+def test_pairs_that_are_too_far_apart_are_not_weighed(monkeypatch: pytest.MonkeyPatch) -> None:
+    weighed = []
+
+    def counted(*arguments: object) -> float:
+        weighed.append(arguments)
+        return density(*arguments)
+
+    places_m = [np.array([40.0 * number, 0.0]) for number in range(5)]
+    tracks = Tracks()
+    for now_s in (0.0, 1.0, 2.0):
+        tracks, ids = observe(tracks, [seen(place_m) for place_m in places_m], now_s, SETTINGS, everywhere)
+    monkeypatch.setattr("aos_gcs.tracking.tracker.density", counted)
+    tracks, ids = observe(tracks, [seen(place_m) for place_m in places_m], 3.0, SETTINGS, everywhere)
+    assert ids == (1, 2, 3, 4, 5)
+    assert len(weighed) == len(places_m)
