@@ -66,11 +66,17 @@ def read_frame(image: SurveyImage, bands: tuple[str, ...], vehicle_id: int = 0) 
 
     Raises:
         InputDataError: if it is missing, unreadable, incomplete, or has not the size of its camera, the bands, or the
-            type of values of its recording.
+            type of values of its recording. Three equal bands are no colours.
     """
     pixels = read_pixels(image.path, image.temperatures)
     if bands == GREY:
         pixels = without_equal_bands(pixels)
+    elif bands == COLOURS and pixels.shape[2] == len(COLOURS) and bands_of(pixels) == GREY:
+        # The sample that tells the kind of a recording has not seen it.
+        raise InputDataError(
+            f"The image {image.path} is grey in three equal bands, but the recording is in colour: what it shows "
+            "cannot be averaged with colours, nor compared with them. Leave it out of the recording."
+        )
     expected = image.camera.height_px, image.camera.width_px, len(bands)
     if pixels.shape != expected:
         raise InputDataError(

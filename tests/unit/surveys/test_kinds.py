@@ -8,8 +8,14 @@ import cv2
 import numpy as np
 import pytest
 
+from aos_gcs.equal_bands import COLOURS
+from aos_gcs.equal_bands import GREY as GREY_BAND
 from aos_gcs.errors import InputDataError
+from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.geometry.poses import nadir_pose
+from aos_gcs.surveys.images import read_frame
 from aos_gcs.surveys.kinds import SAMPLE, usual_kind
+from aos_gcs.surveys.model import SurveyImage
 
 RNG = np.random.default_rng(3)
 COLOUR = RNG.integers(0, 256, (12, 16, 3), np.uint8)
@@ -94,3 +100,12 @@ def test_a_recording_of_nothing_is_refused(tmp_path: Path) -> None:
         InputDataError, match=r"None of the 1 pictures can be used; 00\.png: The image .* is not an image"
     ):
         usual_kind(paths[:1], None, "pictures")
+
+
+def test_a_grey_picture_beyond_the_sample_is_refused_among_colours_and_read_among_grey_ones(tmp_path: Path) -> None:
+    path, coloured = written(tmp_path, np.dstack([GREY] * 3), COLOUR)
+    camera, pose = CameraModel.from_fov(16, 12, 1.0), nadir_pose([0.0, 0.0, 30.0])
+    with pytest.raises(InputDataError, match=r"00\.png is grey in three equal bands, but the recording is in colour"):
+        read_frame(SurveyImage(path, pose, camera), COLOURS)
+    assert read_frame(SurveyImage(path, pose, camera), GREY_BAND).image.shape == (12, 16, 1)
+    assert read_frame(SurveyImage(coloured, pose, camera), COLOURS).image.shape == (12, 16, 3)
