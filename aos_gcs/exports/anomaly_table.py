@@ -14,7 +14,7 @@ from aos_gcs.surveys.anomalies import MapBlob
 
 COLUMNS = (
     *("id", "x_m", "y_m", "z_m", "latitude_deg", "longitude_deg"),
-    *("area_m2", "max_count", "agreement", "significance", "thumbnail"),
+    *("area_m2", "max_count", "agreement", "significance", "thumbnail", "length_m", "longer_than_a_person"),
 )
 
 
@@ -47,7 +47,8 @@ def _row(number: int, blob: MapBlob, picture: str | None, georeference: Georefer
     latitude_deg, longitude_deg = (None, None) if place is None else (round(angle, 8) for angle in place)
     figures = (round(blob.area_m2, 4), blob.max_count, round(blob.agreement, 4))
     significance = None if blob.significance is None else round(blob.significance, 2)
-    values = (number, x_m, y_m, z_m, latitude_deg, longitude_deg, *figures, significance, picture)
+    length = (None, None) if blob.length_m is None else (round(blob.length_m, 2), blob.is_longer_than_a_person)
+    values = (number, x_m, y_m, z_m, latitude_deg, longitude_deg, *figures, significance, picture, *length)
     return dict(zip(COLUMNS, values, strict=True))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,12 +12,20 @@ from aos_gcs.errors import ImagingError
 from aos_gcs.imaging.connected import connected
 from aos_gcs.imaging.model import MapRaster
 from aos_gcs.imaging.views import FocalSurface
+from aos_gcs.surveys.levels import REACH_M
 from aos_gcs.surveys.significance import DEFAULT_FALSE_ALARMS_PER_HA, AnomalySums, significance_limit
 
 MAX_MARKED_CELLS = 2_000_000
 """More are no anomalies, but a detector that does not fit the images."""
 PERSON_M = 1.8
 """Length of a person, lying: fragments that lie as near are one anomaly."""
+LONGER_THAN_A_PERSON_M = 3.0
+"""Length that is more than a person's: 1.8 m, stretched arms, and errors of the poses."""
+CORE = 0.3
+"""Share of the largest significance that the cells of a length have: the more images, the wider chance and errors of
+the poses spread what just exceeds the limit."""
+_DIRECTIONS = 12
+"""Directions in which lengths are measured; between two of them they are 1 % longer."""
 _BLOCK_M = 0.45
 """Edge of the blocks of cells that are joined: a quarter of a person."""
 
@@ -34,6 +43,14 @@ class MapBlob:
     """Share of the frames that see its cells and mark them, 0 to 1."""
     significance: float | None = None
     """Largest of its cells, see :mod:`aos_gcs.surveys.significance`; None where it was not computed."""
+    length_m: float | None = None
+    """Largest distance of its cells that stand out :data:`CORE` as much as the most significant, without the reach of
+    marks; None where it was not computed."""
+
+    @property
+    def is_longer_than_a_person(self) -> bool:
+        """Whether it is no single person: a line, an edge, several things or persons side by side."""
+        return self.length_m is not None and self.length_m > LONGER_THAN_A_PERSON_M
 
 
 def significant_blobs(
@@ -80,6 +97,8 @@ def significant_blobs(
     peak, most = np.zeros(size), np.zeros(size)
     np.maximum.at(peak, labels, strength)
     np.maximum.at(most, labels, counts)
+    core = strength >= CORE * peak[labels]
+    lengths_m = np.maximum(raster.resolution_m * _lengths(rows[core], columns[core], labels[core]) - 2.0 * REACH_M, 0.0)
     return [
         MapBlob(
             (float(x_m[i]), float(y_m[i]), float(z_m[i])),
@@ -87,9 +106,22 @@ def significant_blobs(
             int(most[i]),
             float(agreement[i]),
             float(peak[i]),
+            float(lengths_m[i]),
         )
         for i in np.argsort(-peak, kind="stable")
     ]
+
+
+def _lengths(rows: NDArray[np.intp], columns: NDArray[np.intp], labels: NDArray[np.intp]) -> NDArray[np.float64]:
+    """Return the largest extent of each set of cells in any direction, in cells, shape (sets,)."""
+    order = np.argsort(labels, kind="stable")
+    starts = np.flatnonzero(np.diff(labels[order], prepend=-1))
+    lengths = np.zeros(len(starts))
+    for angle_rad in np.linspace(0.0, math.pi, _DIRECTIONS, endpoint=False):
+        along = math.cos(angle_rad) * columns[order] + math.sin(angle_rad) * rows[order]
+        extents = np.maximum.reduceat(along, starts) - np.minimum.reduceat(along, starts)
+        np.maximum(lengths, extents, out=lengths)
+    return lengths + 1.0
 
 
 def _joined(rows: NDArray[np.intp], columns: NDArray[np.intp], cell_m: float) -> NDArray[np.intp]:

@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from aos_gcs.imaging.detection.local_rx import BACKGROUND_PX, local_rx_scores
+from aos_gcs.imaging.detection.local_rx import GUARD_PX, local_rx_scores
 from aos_gcs.imaging.model import Frame
 from aos_gcs.imaging.persons.evidence import Evidence, looking_at, vantage_points
 from aos_gcs.imaging.persons.warm_bodies import WarmView, view_above
@@ -23,6 +23,9 @@ from aos_gcs.imaging.persons.warm_bodies import WarmView, view_above
 MIN_CONTRAST = 4.0
 """Contrast of a pixel that counts, in standard deviations of its surroundings: a Gaussian background exceeds it in 8
 pixels of 512 x 512."""
+SURROUNDINGS_PX = 83
+"""Edge of the window that a pixel is compared with, without the inner ``GUARD_PX``: with less a second person a body's
+length away would hide the first."""
 CORE_M = 1.0
 """Radius of a spot: half the length of a lying person."""
 RING_M = (2.0, 5.0)
@@ -51,9 +54,9 @@ def relative_view(frame: Frame, plane_height_m: float = 0.0) -> WarmView:
     if band is None:
         raise ValueError(f"spots need a band 'thermal' or 'grey', but the frame has {', '.join(frame.bands)}")
     plane = frame.image[..., band : band + 1].astype(np.float32)
-    contrast = np.sqrt(local_rx_scores(plane))
+    contrast = np.sqrt(local_rx_scores(plane, GUARD_PX, SURROUNDINGS_PX))
     if frame.bands[band] == "thermal":
-        contrast[plane[..., 0] < cv2.blur(plane[..., 0], (BACKGROUND_PX, BACKGROUND_PX))] = 0.0
+        contrast[plane[..., 0] < cv2.blur(plane[..., 0], (SURROUNDINGS_PX, SURROUNDINGS_PX))] = 0.0
     return view_above(frame, contrast, MIN_CONTRAST, plane_height_m, radiometric=False)
 
 

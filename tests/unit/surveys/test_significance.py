@@ -9,6 +9,7 @@ from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.projection import Plane
 from aos_gcs.imaging.model import MapRaster
 from aos_gcs.surveys.anomalies import MapBlob, significant_blobs
+from aos_gcs.surveys.levels import REACH_M
 from aos_gcs.surveys.significance import AnomalySums, significance, significance_limit
 
 CELL_M, EDGE, VIEWS = 0.2, 700, 30
@@ -101,6 +102,18 @@ def test_fragments_of_a_person_are_one_row_and_persons_apart_are_two() -> None:
     rows = rows_of(sums, 0.1)
     assert [round(row.position_m[0]) for row in rows] == [66, 61]
     assert rows[1].area_m2 == pytest.approx(18 * CELL_M**2, rel=0.2)
+
+
+def test_what_is_longer_than_a_person_says_so() -> None:
+    sums = marks_by_chance(5, 0.005)
+    mark(sums, 400, 300, images=12, level=6, edge=10)
+    for step in range(8):
+        mark(sums, 100 + 4 * step, 500 + 4 * step, images=8, level=6, edge=4)
+    person, line = sorted(rows_of(sums, 0.1), key=lambda row: row.length_m or 0.0)
+    assert person.length_m == pytest.approx(2.8 - 2 * REACH_M, abs=0.3)
+    assert not person.is_longer_than_a_person
+    assert line.length_m == pytest.approx(32 * CELL_M * 2**0.5 - 2 * REACH_M, abs=0.7)
+    assert line.is_longer_than_a_person
 
 
 def test_the_same_ground_in_other_cells_is_as_significant() -> None:

@@ -112,3 +112,16 @@ def test_limits_that_cannot_be_are_refused() -> None:
         Detection(false_alarms_per_ha=0.0)
     with pytest.raises(ConfigurationError, match="--min-score must not be negative"):
         Detection(min_score=-1.0)
+
+
+def test_two_persons_of_even_warmth_do_not_hide_each_other() -> None:
+    frames = []
+    for index in range(4):
+        pose = nadir_pose([0.0, 0.8 * index - 1.2, 15.0])
+        image = np.random.default_rng(index).normal(80.0, 3.0, (SIZE, SIZE, 1))
+        for east_m in (0.0, 1.6):
+            corners = np.array([[east_m - 0.2, -0.85, 0.0], [east_m + 0.2, 0.85, 0.0]])
+            (left, bottom), (right, top) = np.rint(project_points(corners, CAMERA, pose)).astype(int)
+            image[top:bottom, left:right] += 60.0
+        frames.append(Frame(index + 1, np.clip(image, 0, 255).astype(np.uint8), ("grey",), pose, CAMERA))
+    assert len(find_anomalies(frames, GROUND, Detection(), CELL_M).blobs) == 1
