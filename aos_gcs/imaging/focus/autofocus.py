@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.errors import ImagingError
 from aos_gcs.geometry.projection import Plane, project_points
+from aos_gcs.imaging.focus.fixed_pattern import without_pattern
 from aos_gcs.imaging.focus.geometry import COMMON_SIGMA_M, MAX_SLOPE, FocusGeometry, focus_geometry
 from aos_gcs.imaging.focus.ground import ground_layer, is_among_crowns, is_seen_through
 from aos_gcs.imaging.focus.measure import (
@@ -126,7 +127,10 @@ def find_focus(
     """
     if not (math.isfinite(low_m) and math.isfinite(high_m) and low_m < high_m):
         raise ImagingError(f"The range of heights must be finite and ascending, got {low_m:g} to {high_m:g} m.")
-    search = _Search(frames, region, signal, focus_geometry(frames, region, (low_m + high_m) / 2))
+    geometry = focus_geometry(frames, region, (low_m + high_m) / 2)
+    if signal is FocusSignal.TEXTURE:
+        frames = without_pattern(frames, geometry.separation_m)
+    search = _Search(frames, region, signal, geometry)
     reduction = FINEST_REDUCTION
     while (high_m - low_m) / search.geometry.step_m(reduction) > MAX_SCAN_HEIGHTS:
         reduction *= 2

@@ -162,7 +162,9 @@ def detect_spots(image: Pixels, reduction: int = 1) -> NDArray[np.float64]:
         known = cv2.resize(known.astype(np.float32), size, interpolation=cv2.INTER_AREA) == 1.0
     fine, coarse = (cv2.GaussianBlur(plane, (0, 0), sigma) for sigma in (SPOT_SIGMA_PX, SPOT_SIGMA_PX * SURROUNDINGS))
     excess = fine - coarse
-    deviation = np.sqrt(cv2.blur(excess**2, (CONTRAST_WINDOW_PX, CONTRAST_WINDOW_PX))) + FLAT_SHARE * excess.std()
+    # A running sum may round to less than nothing where the image is flat.
+    variance = np.maximum(cv2.blur(excess**2, (CONTRAST_WINDOW_PX, CONTRAST_WINDOW_PX)), 0.0)
+    deviation = np.sqrt(variance) + FLAT_SHARE * excess.std()
     contrast = excess / np.maximum(deviation, np.finfo(np.float32).tiny)
     highest = cv2.dilate(contrast, np.ones((SEPARATION_PX, SEPARATION_PX)))
     rows, columns = np.nonzero((contrast == highest) & (contrast > MIN_CONTRAST) & known)

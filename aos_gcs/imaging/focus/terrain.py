@@ -20,6 +20,7 @@ from aos_gcs.imaging.focus.autofocus import (
     FocusCurve,
     focus_curve,
 )
+from aos_gcs.imaging.focus.fixed_pattern import without_pattern
 from aos_gcs.imaging.focus.geometry import focus_geometry
 from aos_gcs.imaging.focus.region import FocusRegion
 from aos_gcs.imaging.model import Frame
@@ -60,7 +61,7 @@ def find_terrain_focus(
     """Find the offset of a terrain that a region is in focus on.
 
     Args:
-        frames: at least two, all with the same bands. They are gone through twice, one after the other.
+        frames: at least two, all with the same bands. They are gone through a few times, one after the other.
         region: points to compare.
         terrain: ground in the world of the poses; it is off by ``TERRAIN_SIGMA_M``.
         low_m: smallest offset along z.
@@ -79,7 +80,7 @@ def find_terrain_focus(
     count = min(math.ceil((high_m - low_m) / step_m) + 1, MAX_SCAN_HEIGHTS)
     offsets_m = np.linspace(low_m, high_m, max(count, 3))
     curve = focus_curve(
-        frames,
+        without_pattern(frames, geometry.separation_m),
         region,
         [terrain.moved(float(offset_m)) for offset_m in offsets_m],
         reduction=FINEST_REDUCTION,
