@@ -7,22 +7,25 @@ many vehicles would see at once: to the decision, that of missions, every frame 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from aos_gcs.imaging.geolocation import Geolocation, Uncertainty
 from aos_gcs.imaging.model import Frame
-from aos_gcs.imaging.persons.decision import CLAIMED, ENOUGH, FindingKind, Verdict
+from aos_gcs.imaging.persons.decision import CLAIMED, ENOUGH, SURELY_OTHER, FindingKind, Verdict
+from aos_gcs.imaging.persons.warm_bodies import WarmView
 from aos_gcs.imaging.views import FocalSurface
-from aos_gcs.mission.search.targets.persons import PersonWatch
-from aos_gcs.surveys.anomalies import PERSON_M, MapBlob
+from aos_gcs.mission.search.targets.persons import Judgement, PersonWatch
+from aos_gcs.surveys.anomalies import LONGER_THAN_A_PERSON_M, PERSON_M, MapBlob
 from aos_gcs.surveys.window_anomalies import Detection, find_anomalies
 
 HEIGHT_STEP_M = 0.5
 """Heights of the ground that are judged as one: half of it displaces by 0.1 m at 25 degrees off nadir."""
 FINEST_CELL_M = 0.1
 """Smallest cell of the map on which frames have to agree."""
+LINE_M = 6.0
+"""Length from which something warm is no person, nor two or three side by side: a conductor, a pipe, an edge."""
 MAX_JUDGED = 200
 """Anomalies of a window that are judged, the most significant. More are a detector that does not fit."""
 
@@ -98,7 +101,7 @@ def _judged(frames: Sequence[Frame], blobs: Sequence[MapBlob], uncertainty: Unce
         places = {index: np.array(blob.position_m[:2]) for index, blob in group.items()}
         watch = seen.on_plane(height_m)
         for index, judgement in watch.judge(places, height_m, uncertainty).items():
-            candidate = _candidate(group[index], judgement.verdict, judgement.place)
+            candidate = _candidate(group[index], judgement)
             if _counts(candidate):
                 found.append(candidate)
     return found
@@ -118,9 +121,35 @@ def apart(candidates: Sequence[Candidate]) -> tuple[Candidate, ...]:
     return tuple(sorted(kept, key=lambda one: -one.significance))
 
 
-def _candidate(blob: MapBlob, verdict: Verdict, place: Geolocation | None) -> Candidate:
+def _candidate(blob: MapBlob, judgement: Judgement) -> Candidate:
+    place = judgement.place
     east_m, north_m, up_m = blob.position_m if place is None else map(float, place.position_enu_m)
+    verdict = _by_length(judgement.verdict, blob, judgement)
     return Candidate((east_m, north_m, up_m), verdict, place, blob.max_count, blob.significance or 0.0)
+
+
+def _by_length(verdict: Verdict, blob: MapBlob, judgement: Judgement) -> Verdict:
+    """Return a verdict that says where something is longer than a person, and that what is much longer is none.
+
+    The decision of missions knows warm bodies of forests, in which nothing hot is longer than a trunk.
+    """
+    of_row_m, of_body_m = blob.length_m or 0.0, _usual_extent_m(judgement.views)
+    length_m = max(of_row_m, of_body_m)
+    if length_m <= LONGER_THAN_A_PERSON_M:
+        return verdict
+    told = replace(verdict, reasons=(f"{length_m:.0f} m long: longer than a person", *verdict.reasons))
+    # Sunlit ground beside a person makes the body long, but not the row.
+    is_line = blob.is_longer_than_a_person and (of_body_m if judgement.views else of_row_m) > LINE_M
+    # In colours nothing tells what is warm.
+    if not is_line or judgement.place is None or verdict.kind not in CLAIMED:
+        return told
+    probability = None if verdict.probability is None else min(verdict.probability, SURELY_OTHER)
+    return replace(told, kind=FindingKind.WARM_OBJECT, probability=probability)
+
+
+def _usual_extent_m(views: Sequence[WarmView]) -> float:
+    """Return the median of how far what the views show extends; 0 without any."""
+    return float(np.median([np.ptp(view.points_enu_m, axis=0).max() for view in views])) if views else 0.0
 
 
 def _counts(candidate: Candidate) -> bool:

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.imaging.detection.detectors import DETECTORS, thermal_band
-from aos_gcs.imaging.detection.local_rx import local_rx_scores, local_warm_scores
-from aos_gcs.imaging.model import Detector, Frame
+from aos_gcs.imaging.detection.local_rx import LOADING, local_rx_scores, local_warm_scores
+from aos_gcs.imaging.model import Detector, Frame, Pixels
 from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.imaging.views import FocalSurface, FocalView
 from aos_gcs.surveys.significance import AnomalySums
@@ -32,6 +32,8 @@ _BASE_DEVIATIONS = 5.0
 _SURROUNDINGS = 2.5
 """Edge of the surroundings in multiples of what they leave out. The smaller they are, the more a second body of even
 warmth hides the first: with 2.0 two persons 1.6 m apart on calm ground were marked in no image."""
+_STRIDE_PX = 4
+"""Distance of the pixels by which the levels of a picture are known."""
 _FEWEST_PX = 9
 """Smallest square of pixels that surroundings leave out."""
 
@@ -65,10 +67,11 @@ def levels(
     bands = ("thermal",) if detector is Detector.THERMAL and frame.bands == ("grey",) else frame.bands
     windows_px = _windows_px(pixel_m, min(frame.image.shape[:2]))
     if detector is Detector.LOCAL_RX:
-        scores = local_rx_scores(frame.image, *windows_px)
+        scores = local_rx_scores(frame.image, *windows_px, LOADING + _rounding(frame.image))
     elif detector is Detector.THERMAL:
         # A deviation of the whole frame would be that of its restless part, and hide who lies on a calm meadow.
-        scores = local_warm_scores(thermal_band(frame.image, bands), *windows_px)
+        band = thermal_band(frame.image, bands)
+        scores = local_warm_scores(band, *windows_px, LOADING + _rounding(band[:, :, np.newaxis]))
     else:
         scores = DETECTORS[detector].scores(frame.image, bands)
     base = base_score(1 if detector is Detector.THERMAL else len(bands)) if min_score is None else max(min_score, 1e-6)
@@ -115,6 +118,20 @@ def pixel_size_m(camera: CameraModel, pose: Pose, surface: FocalSurface) -> floa
     if not math.isfinite(surface_m) and isinstance(surface, Terrain):
         surface_m = float(np.nanmedian(surface.heights_m))
     return max(abs(float(z_m) - surface_m), 1e-6) / camera.fx_px
+
+
+def _rounding(image: Pixels) -> float:
+    """Return the variance of the rounding of one band, in units of that of the frame; 0 of several.
+
+    A camera whose range is far wider than the scene tells it in a dozen levels: ground that one of them covers does not
+    vary, and a pixel that differs by one would stand out.
+    """
+    if image.shape[2] != 1:
+        return 0.0
+    seen = image[::_STRIDE_PX, ::_STRIDE_PX, 0].astype(np.float64)
+    seen = seen[np.isfinite(seen)]
+    steps = np.diff(np.unique(seen))
+    return float(steps.min() ** 2 / 12.0 / seen.var()) if steps.size else 0.0
 
 
 def _windows_px(pixel_m: float, shorter_px: int) -> tuple[int, int]:

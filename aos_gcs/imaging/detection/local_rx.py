@@ -64,7 +64,7 @@ def local_rx_scores(
 
 
 def local_warm_scores(
-    thermal: Pixels, guard_px: int = GUARD_PX, background_px: int = BACKGROUND_PX
+    thermal: Pixels, guard_px: int = GUARD_PX, background_px: int = BACKGROUND_PX, loading: float = LOADING
 ) -> NDArray[np.float32]:
     """Return the scores of :func:`local_rx_scores` where a band is warmer than its surroundings, elsewhere 0.
 
@@ -72,12 +72,13 @@ def local_warm_scores(
         thermal: one band, shape (H, W), any real type; what is not finite takes no part.
         guard_px: see :func:`local_rx_scores`.
         background_px: the same.
+        loading: the same.
 
     Returns:
         Scores, shape (H, W); NaN as there.
     """
     plane = np.ascontiguousarray(thermal, dtype=np.float32)
-    scores = local_rx_scores(plane[:, :, np.newaxis], guard_px, background_px)
+    scores = local_rx_scores(plane[:, :, np.newaxis], guard_px, background_px, loading)
     finite = np.isfinite(plane)
     if not finite.all():
         plane = np.where(finite, plane, plane[finite].mean(dtype=np.float64) if finite.any() else 0.0)

@@ -135,6 +135,7 @@ export const search: readonly StationText[] = [
     "{contrast} K wärmer als die Umgebung, an der wärmsten Stelle {peak} K{limit}",
   ],
   [", hotter than any skin", ", heißer als Haut"],
+  ["{length} m long: longer than a person", "{length} m lang: länger als ein Mensch"],
   ["{area} m² visible, {extent} m long", "{area} m² sichtbar, {extent} m lang"],
   [
     "{area} m² visible, {length} by {width} m seen from above, {height} m high",
