@@ -44,7 +44,7 @@ class FormerOwner:
                 continue
             booted_at_s = None if link.since_boot_s is None else recorded_at_s - link.since_boot_s
             self.identity.recall(address, _uid(link.board_id), booted_at_s, now_s)
-            self.ownership.recall(address, is_signed=link.is_signed and address.link in signing_links)
+            self.ownership.recall(address, now_s, is_signed=link.is_signed and address.link in signing_links)
 
     def admits(self, peer: PeerAddress, now_s: float, *, is_signed: bool = False) -> bool:
         """Return whether a packet from ``peer`` may be that of the vehicle; see ``Ownership``."""

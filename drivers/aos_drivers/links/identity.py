@@ -102,7 +102,7 @@ class Identity:
         if sighting is None:
             sighting = self._sightings[address] = _Sighting(now_s, now_s)
             if len(self._sightings) > _MAX_ADDRESSES:
-                self._forget_oldest()
+                self._forget_oldest(address)
         else:
             if address != self._last and now_s - sighting.heard_at_s <= MEMORY_S:
                 self._on_return(address, now_s)
@@ -213,9 +213,9 @@ class Identity:
             living[key].question_due_s = now_s + _QUESTION_PAUSE_S
         return due
 
-    def _forget_oldest(self) -> None:
-        # The one heard just now is the newest, so there is always another to forget.
-        candidates = [key for key in self._sightings if key not in self._kept] or list(self._sightings)
+    def _forget_oldest(self, newest: PeerAddress) -> None:
+        others = [key for key in self._sightings if key != newest]
+        candidates = [key for key in others if key not in self._kept] or others
         oldest = min(candidates, key=lambda key: self._sightings[key].heard_at_s)
         del self._sightings[oldest]
         for entry in self._sightings.values():

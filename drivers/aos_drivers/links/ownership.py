@@ -10,13 +10,18 @@ from aos_drivers.links.identity import MEMORY_S, Identity, board_uid
 from aos_drivers.links.routes import SILENT_S
 from aos_gcs.ports import ProvenLink
 
+_MAX_OWNERS = 6
+"""Fewer than an ``Identity`` remembers: an owner must never be forgotten, and a new address has to find room to prove
+itself. Each connection of a vehicle, such as one over a mobile network, may bring another port."""
+
 
 class Ownership:
     """Addresses that may speak for one armed vehicle; whatever else uses its id is ignored.
 
     A further address has to prove that it leads to the same vehicle: by its board and the moment of its boot, or by the
     same packets. A vehicle whose owners have been silent for ten seconds may be heard from anywhere, unless its board
-    is known to be another one. Where the vehicle signs its packets, nothing unsigned speaks for it.
+    is known to be another one. Where the vehicle signs its packets, nothing unsigned speaks for it. Bounded to six
+    addresses, the longest silent has to prove itself again.
     """
 
     __slots__ = ("_identity", "_owners")
@@ -44,11 +49,16 @@ class Ownership:
         for each in (address, *identity.addresses()):
             if each not in self._owners and (each == address or identity.is_proven_same(address, each)):
                 self._owners[each] = identity.is_signed(each)
-        identity.keep(self._owners)
+        self._keep(now_s)
 
-    def recall(self, address: PeerAddress, *, is_signed: bool) -> None:
+    def recall(self, address: PeerAddress, now_s: float, *, is_signed: bool) -> None:
         """Give the id to ``address``, where the vehicle was proven to be before the start."""
         self._owners[address] = is_signed
+        self._keep(now_s)
+
+    def _keep(self, now_s: float) -> None:
+        while len(self._owners) > _MAX_OWNERS:
+            del self._owners[max(self._owners, key=lambda owner: self._identity.silence_s(owner, now_s))]
         self._identity.keep(self._owners)
 
     def proofs(self, now_s: float) -> tuple[ProvenLink, ...]:

@@ -181,3 +181,17 @@ async def test_silence_is_counted_in_seconds_of_the_link_however_fast_the_clock(
     with pytest.raises(CommandError) as raised:
         await runner.run(Arm(), clock.now_s() + 5.0)
     assert ("has been silent for 6 s" in str(raised.value), bool(sent)) == (not is_sent, is_sent)
+
+
+def test_a_vehicle_in_flight_is_followed_to_any_number_of_ports_one_after_the_other() -> None:
+    # As over a mobile network, or a TCP link that breaks: each connection has another port.
+    sky = Sky()
+    sky.take_off()
+    for port in range(10, 20):
+        sky.fly(4.0, {PeerAddress(0, "10.0.0.1", port): sky.vehicle})
+        record = sky.session.records[1]
+        state = record.state(sky.now_s)
+        assert record.route.address == PeerAddress(0, "10.0.0.1", port)
+        assert state.position_at_s is not None and sky.now_s - state.position_at_s < 0.5
+    assert not record.failures.count
+    assert PeerAddress(0, "10.0.0.1", 19).record in [link.address for link in state.proven]
