@@ -6,14 +6,18 @@ import asyncio
 import contextlib
 import os
 import socket
+import struct
+import termios
 import tty
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+import serial
 from pymavlink import mavutil
 
-from aos_drivers.links.address import parse_link
+from aos_drivers.links.address import PeerAddress, parse_link
+from aos_drivers.links.opener import TcpEndpoint
 from aos_drivers.links.recorder import TLOG_NAME
 from aos_drivers.links.serial_port import SerialEndpoint
 from aos_drivers.mavlink import open_mavlink
@@ -283,6 +287,43 @@ async def test_a_taken_port_is_named_with_the_remedy(kind: socket.SocketKind, sc
 async def enter(links: list[str], context: DriverContext) -> None:
     async with open_mavlink(links, context):
         pass
+
+
+async def test_a_connection_that_is_reset_before_it_is_used_ends_like_a_broken_one() -> None:
+    with socket.create_server((HOST, 0)) as server, socket.create_connection(server.getsockname()) as ours:
+        theirs = server.accept()[0]
+        theirs.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        theirs.close()
+        ours.setblocking(False)
+        await TcpEndpoint(0, _ignore).serve(*await asyncio.open_connection(sock=ours))
+
+
+async def test_a_connection_over_which_nothing_gets_through_is_given_up() -> None:
+    with socket.create_server((HOST, 0)) as server, socket.create_connection(server.getsockname()) as ours:
+        copy = ours.dup()
+        server.accept()[0].close()
+        ours.setblocking(False)
+        with copy:
+            await TcpEndpoint(0, _ignore).serve(*await asyncio.open_connection(sock=ours))
+            assert copy.getsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT) == 10_000
+
+
+def _ignore(data: bytes, peer: PeerAddress, waited_s: float = 0.0, /) -> None:
+    """Leave what is received."""
+
+
+@pytest.mark.parametrize(
+    "error", [termios.error(5, "Input/output error"), ValueError("Failed to set custom baud rate")]
+)
+async def test_whatever_opening_a_serial_device_raises_is_tried_again(
+    error: Exception, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise error
+
+    monkeypatch.setattr(serial, "Serial", fail)
+    with pytest.raises(OSError, match=str(error.args[-1])):
+        SerialEndpoint(0, parse_link("serial:///dev/ttyUSB0:57600"), _ignore).open()
 
 
 async def test_nobody_at_the_other_end_of_tcpout_is_a_link_error() -> None:

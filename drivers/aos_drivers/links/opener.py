@@ -37,6 +37,9 @@ _KEPT_PEERS = 1024
 """Addresses of senders that are kept made."""
 _RECONNECT_PAUSE_S = 2.0
 _CONNECT_TIMEOUT_S = 5.0
+_UNANSWERED_S = 10.0
+"""Time after which a connection over which nothing gets through is given up: TCP itself waits for ever longer, up to
+two minutes after the network is back, and for a quarter of an hour in all."""
 
 
 class Receiver(Protocol):
@@ -187,9 +190,14 @@ class TcpEndpoint:
 
     async def serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         """Pass on the bytes of one connection until it ends."""
-        host, port = writer.get_extra_info("peername")[:2]
-        writer.get_extra_info("socket").setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _RECEIVE_BUFFER_BYTES)
-        peer = PeerAddress(self._link, host, port)
+        peer = _peer_of(self._link, writer)
+        if peer is None:
+            writer.close()
+            return
+        connection = writer.get_extra_info("socket")
+        connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _RECEIVE_BUFFER_BYTES)
+        if hasattr(socket, "TCP_USER_TIMEOUT"):  # on Linux
+            connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, round(_UNANSWERED_S * 1e3))
         self._writers[peer] = writer
         try:
             while data := await reader.read(4096):
@@ -313,10 +321,12 @@ class LinkOpener:
         endpoint = TcpEndpoint(link, self._receive_alone)
         async with asyncio.timeout(_CONNECT_TIMEOUT_S):
             reader, writer = await asyncio.open_connection(address.host, address.port)
-        host, port = writer.get_extra_info("peername")[:2]
+        peer = _peer_of(link, writer)
+        if peer is None:
+            raise LinkError(f"{address.text} ends the connection at once: check what listens there")
         self._stack.callback(endpoint.close)
         self._tasks.start(self._keep_connected(endpoint, address, reader, writer))
-        return endpoint, PeerAddress(link, host, port)
+        return endpoint, peer
 
     async def _keep_connected(
         self, endpoint: TcpEndpoint, address: LinkAddress, reader: asyncio.StreamReader, writer: asyncio.StreamWriter
@@ -333,6 +343,12 @@ class LinkOpener:
             with suppress(OSError):
                 async with asyncio.timeout(_CONNECT_TIMEOUT_S):
                     return await asyncio.open_connection(address.host, address.port)
+
+
+def _peer_of(link: int, writer: asyncio.StreamWriter) -> PeerAddress | None:
+    """Return the address at the other end of a connection; None where that has ended it already."""
+    name = writer.get_extra_info("peername")
+    return None if name is None else PeerAddress(link, *name[:2])
 
 
 def _link_error(address: LinkAddress, error: OSError) -> LinkError:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import errno
 import os
+import termios
 from collections.abc import Callable
 
 import serial
@@ -33,7 +34,12 @@ class SerialEndpoint:
         Raises:
             OSError: it does not exist, is in use or may not be opened.
         """
-        port = serial.Serial(self.peer.host, self.peer.port, timeout=0, write_timeout=0, exclusive=True)
+        try:
+            port = serial.Serial(self.peer.host, self.peer.port, timeout=0, write_timeout=0, exclusive=True)
+        except termios.error as error:  # it vanished while it was opened
+            raise OSError(*error.args) from error
+        except ValueError as error:
+            raise OSError(errno.EINVAL, f"{error}; choose a baud rate that the device has") from error
         self._port = port
         self._is_lost.clear()
         asyncio.get_running_loop().add_reader(port.fileno(), self._read, port.fileno())
