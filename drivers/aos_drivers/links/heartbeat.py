@@ -26,9 +26,15 @@ def our_heartbeat() -> mavlink.MAVLink_heartbeat_message:
 
 
 def is_autopilot_heartbeat(message: mavlink.MAVLink_message) -> bool:
-    """Return whether the message is the heartbeat of a vehicle's autopilot."""
-    return (
-        message.get_msgId() == mavlink.MAVLINK_MSG_ID_HEARTBEAT
-        and message.autopilot != mavlink.MAV_AUTOPILOT_INVALID
-        and message.type not in _NO_VEHICLES
-    )
+    """Return whether the message is the heartbeat of a vehicle's autopilot.
+
+    Programs on companion computers often leave the fields at zero, which means a generic autopilot of a generic type.
+    """
+    if (
+        message.get_msgId() != mavlink.MAVLINK_MSG_ID_HEARTBEAT
+        or message.autopilot == mavlink.MAV_AUTOPILOT_INVALID
+        or message.type in _NO_VEHICLES
+    ):
+        return False
+    is_generic = mavlink.MAV_AUTOPILOT_GENERIC == message.autopilot or mavlink.MAV_TYPE_GENERIC == message.type
+    return not is_generic or bool(message.get_srcComponent() == mavlink.MAV_COMP_ID_AUTOPILOT1)

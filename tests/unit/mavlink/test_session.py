@@ -131,6 +131,14 @@ def test_ground_stations_and_cameras_are_no_vehicles() -> None:
     assert session.records == {}
 
 
+def test_a_companion_that_leaves_its_heartbeat_at_zero_does_not_take_the_autopilots_place() -> None:
+    session, companion = new_session(), Encoder(1, mavlink.MAV_COMP_ID_ONBOARD_COMPUTER)
+    session.feed(companion.pack(mavlink.MAVLink_heartbeat_message(0, 0, 0, 0, 4, 3)), A, 0.0)
+    session.feed(FakeVehicle().heartbeat(), A, 1.0)
+    record = session.records[1]
+    assert (record.target.component_id, record.autopilot.name) == (mavlink.MAV_COMP_ID_AUTOPILOT1, "arducopter")
+
+
 def test_a_stranger_with_our_own_id_is_reported_once() -> None:
     session = new_session()
     station = Encoder(254, 190)
