@@ -12,6 +12,8 @@ from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.geometry.heights import AboveHomeM, AmslM
 
 _UNKNOWN_UINT16 = 0xFFFF
+_LOWEST_M, _HIGHEST_M = -1_000.0, 20_000.0
+"""Altitudes above mean sea level beyond which there is no multicopter: unknown ones are sent as INT32_MIN or INT32_MAX."""
 _KEPT_AS = "position_report"
 """Attribute of the message that keeps what it was read as."""
 
@@ -50,7 +52,7 @@ def position_report(message: mavlink.MAVLink_global_position_int_message) -> Pos
 
 def position_from_e7(latitude_e7: int, longitude_e7: int, altitude_amsl_m: AmslM) -> GeodeticPosition | None:
     """Return the position of MAVLink's integers (1e-7 degrees), or None for what means "unknown" or is none."""
-    if (latitude_e7 == 0 and longitude_e7 == 0) or not math.isfinite(altitude_amsl_m):
+    if (latitude_e7 == 0 and longitude_e7 == 0) or not _LOWEST_M <= altitude_amsl_m <= _HIGHEST_M:
         return None
     if not (-90e7 <= latitude_e7 <= 90e7 and -180e7 <= longitude_e7 <= 180e7):
         return None

@@ -73,6 +73,14 @@ def test_zero_is_never_a_position() -> None:
     assert session.records[1].state(1.0).position is None
 
 
+@pytest.mark.parametrize("altitude_mm", [-(2**31), 2**31 - 1])
+def test_an_altitude_that_stands_for_unknown_is_no_home(altitude_mm: int) -> None:
+    session, vehicle = new_session(), FakeVehicle()
+    strange = mavlink.MAVLink_home_position_message(480000000, 140000000, altitude_mm, 0, 0, 0, [1, 0, 0, 0], 0, 0, 0)
+    session.feed(vehicle.heartbeat() + vehicle.home() + vehicle.encoder.pack(strange), A, 1.0)
+    assert session.records[1].state(1.0).home == HOME
+
+
 def test_ready_needs_every_condition_and_fresh_positions() -> None:
     vehicle = FakeVehicle()
     session = new_session()
