@@ -166,17 +166,20 @@ async def test_after_a_restart_in_flight_vehicles_that_the_plan_names_are_confir
         await run
 
 
-async def test_nobody_takes_off_while_the_mission_is_held_and_a_gap_is_filled_after_it() -> None:
+async def test_nobody_takes_off_while_all_are_held_and_the_gap_of_one_lost_on_its_way_home_is_filled_then() -> None:
     flight = relayed(RelaySettings(enabled=True, vehicle_ids=(4,), swap_s=SWAP_S), n=3)
     async with flying(flight) as run:
         await searching(flight)
         await flight.commands.act(Action.HOLD, None)
         flight.fleet.members[2].battery_fraction = 0.1
-        await flight.until(lambda: flight.task(2) is Task.LANDED)
+        await flight.until(lambda: flight.task(2) is Task.RETURNING)
+        flight.fleet.members[2].silent_since_s = flight.clock.now_s()
+        await flight.until(lambda: flight.task(2) is Task.LOST)
         await flight.clock.sleep(15.0)
         assert took_off(flight, 4) == 0
         await flight.commands.act(Action.RESUME, None)
         await flight.until(lambda: flight.task(4) is Task.SWARM)
+        flight.fleet.members[2].silent_since_s = None
         await flight.commands.act(Action.ABORT, None)
         await run
 

@@ -32,8 +32,9 @@ _AGAIN_S = 10.0
 _ENDS_SOON_S = 60.0
 """Time by which a battery has to outlast the rest of the search for its vehicle to stay to the end."""
 _ON_THE_WAY_BACK = (Task.RETURNING, Task.LANDING, Task.LANDED)
-_PLANNED = (Task.SWARM, Task.JOINING, Task.HELD, Task.LOST)
-"""Tasks of vehicles whose places in the swarm are not free: those that are held or lost may come back."""
+_PLANNED = (Task.SWARM, Task.JOINING, Task.HELD)
+"""Tasks of vehicles whose places in the swarm are not free: those that are held may come back, as may lost ones that
+had one of these tasks."""
 
 
 class Relay:
@@ -99,7 +100,9 @@ class Relay:
         if not may_relieve() or not able:
             return
         replacement = max(able, key=lambda member: member.state.battery_fraction or 0.0)
-        if len(roster.members(*_PLANNED)) - len(self._relieved) < self._context.settings.vehicles:
+        coming_back = [one for one in roster.members(Task.LOST) if one.task_when_heard_again in _PLANNED]
+        taken_places = len(roster.members(*_PLANNED)) + len(coming_back) - len(self._relieved)
+        if taken_places < self._context.settings.vehicles:
             await self._begin(replacement, None, may_relieve)
             return
         due = [vehicle_id for vehicle_id, time_s in plan_s.items() if time_s <= self._way_out_s(vehicle_id)]
