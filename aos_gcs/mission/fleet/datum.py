@@ -14,7 +14,7 @@ from statistics import median
 
 from aos_gcs.airspace.accuracy import CONFIDENCE
 from aos_gcs.geometry.heights import AmslM, home_below_m
-from aos_gcs.ports import LandedState, VehicleState
+from aos_gcs.ports import Command, LandedState, Takeoff, VehicleState
 
 RTK_FIXED = 6
 """MAVLink's GPS_FIX_TYPE of positions that are known to centimetres."""
@@ -24,6 +24,8 @@ _SAME_PLACE_M = 1.0
 """Horizontal distance within which an exactly reported position is at a launch point."""
 _MOST_ERROR_M = 3.0
 """Largest error of a reported position that is allowed for beyond that."""
+_STANDING_M = 3.0
+"""Height above or below home up to which a vehicle with running motors can stand where it was armed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,3 +111,14 @@ def measured_ground_m(state: VehicleState) -> AmslM | None:
 def is_grounded(state: VehicleState) -> bool:
     """Whether a vehicle is known to stand on the ground; its motors may run."""
     return state.landed is LandedState.ON_GROUND or (not state.armed and state.landed is LandedState.UNKNOWN)
+
+
+def stands(state: VehicleState, last_command: Command | None) -> bool:
+    """Whether a vehicle stands on the ground and is not about to leave it.
+
+    Over a bad link a vehicle climbs for seconds before it reports that it has left the ground, and landing detectors
+    are wrong at times: with running motors, one that is far above or below its home has not been launched from there.
+    """
+    height_m = state.height_above_home_m
+    is_away = state.armed and height_m is not None and abs(height_m) > _STANDING_M
+    return is_grounded(state) and not is_away and not isinstance(last_command, Takeoff)

@@ -9,6 +9,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from aos_gcs.geometry.heights import AboveHomeM
 from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.fleet.watches.altitude import AltitudeWatch
 from aos_gcs.mission.journal import Journal
@@ -29,6 +30,7 @@ def state(height_m: float, *, flies: bool) -> VehicleState:
         gps_fix=6,
         horizontal_accuracy_m=0.015,
         vertical_accuracy_m=0.03,
+        height_above_home_m=AboveHomeM(height_m),
         gps_altitude_amsl_m=GROUND_M + height_m,
         position_at_s=0.0,
     )
@@ -90,3 +92,18 @@ def test_the_doubt_covers_a_drift_though_averages_lag_behind_it(climb_mps: float
     assert leaves_at_m is not None
     assert leaves_at_m < SPACING_M - 0.5
     assert swarm.all[1].altitude_doubt_m == 0.0
+
+
+def test_a_landing_that_is_reported_in_flight_is_no_launch_point() -> None:
+    swarm, time = Swarm(), SimpleNamespace(s=0.0)
+    clock = cast("Clock", SimpleNamespace(now_s=lambda: time.s))
+    watch = AltitudeWatch(cast("Roster", swarm), clock, cast("Journal", SimpleNamespace(notice=lambda *_: None)))
+    watch.look(SEPARATION_M, SPACING_M)
+    swarm.flies = True
+    for step in range(120):
+        time.s += STEP_S
+        for member in swarm.all:
+            member.state = replace(state(LAYER_M, flies=True), vehicle_id=member.vehicle_id)
+        if 50 < step < 55:
+            swarm.all[0].state = replace(swarm.all[0].state, landed=LandedState.ON_GROUND)
+        assert not watch.look(SEPARATION_M, SPACING_M)

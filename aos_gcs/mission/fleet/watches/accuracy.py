@@ -7,13 +7,13 @@ from typing import Final
 
 from aos_gcs.airspace.accuracy import CONFIDENCE, greatest_accuracy_m
 from aos_gcs.mission.fleet.accuracies import accuracy_of
-from aos_gcs.mission.fleet.datum import RTK_FIXED, RTK_FLOAT, is_grounded
+from aos_gcs.mission.fleet.datum import RTK_FIXED, RTK_FLOAT, stands
 from aos_gcs.mission.fleet.roster import FLYING, Member, Roster
 from aos_gcs.mission.fleet.watches.condition import HEARD_AGO_S, has_position
 from aos_gcs.mission.fleet.watches.debounce import Debounce
 from aos_gcs.mission.journal import Journal
 from aos_gcs.planning.advice import MIN_LAYERS_WITHOUT_RTK_M
-from aos_gcs.ports import Clock, Severity, Takeoff
+from aos_gcs.ports import Clock, Severity
 
 _LASTING_S: Final = 5.0
 """Time for which an altitude is less accurate than the layers bear before it counts: spikes are shorter."""
@@ -49,7 +49,7 @@ class AccuracyWatch:
     def look(self, separation_m: float, layer_spacing_m: float) -> dict[int, str]:
         """Take in what is reported now; return the reason to leave by vehicle, for those that are inaccurate."""
         for member in self._roster.members():
-            if is_grounded(member.state) and not isinstance(member.last_command, Takeoff):
+            if stands(member.state, member.last_command):
                 self._accept(member)
             elif self._is_judged(member):
                 self._judge(member, separation_m, layer_spacing_m)

@@ -17,10 +17,10 @@ from typing import Final, TypeAlias
 
 from aos_gcs.airspace.accuracy import CONFIDENCE, allowed_offset_m
 from aos_gcs.mission.fleet.accuracies import accuracy_of
-from aos_gcs.mission.fleet.datum import is_grounded
+from aos_gcs.mission.fleet.datum import stands
 from aos_gcs.mission.fleet.roster import Member, Roster
 from aos_gcs.mission.journal import Journal
-from aos_gcs.ports import Clock, Severity, Takeoff, VehicleState
+from aos_gcs.ports import Clock, Severity, VehicleState
 
 _BAROMETER_M: Final = 0.4
 """Standard deviation of a barometer's height in flight: wind and rotors press on it."""
@@ -116,11 +116,8 @@ class AltitudeWatch:
         """Take in what a vehicle reports now."""
         track = self._tracks.setdefault(member.vehicle_id, _Track())
         state = member.state
-        # Over a bad link a vehicle climbs for seconds before it reports that it has left the ground.
-        stands = is_grounded(state) and not isinstance(member.last_command, Takeoff)
-        if stands:
-            measured_m = _measured_m(state)
-            track.ground_m = measured_m
+        if stands(state, member.last_command):
+            track.ground_m = _measured_m(state)
             track.forget()
             return
         if not is_airborne or not state.armed or not self._roster.is_fresh(state.position_at_s):
