@@ -8,6 +8,7 @@ from mavsdk.system import System
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.frames.errors import LateFrameError
+from aos_drivers.frames.poses.clocks import utc_s_of
 from aos_drivers.mavsdk.core import LoopDispatcher, message_from_direct
 from aos_drivers.mavsdk.telemetry import geodetic
 from aos_drivers.vehicle.autopilots.base import Target, command_long
@@ -58,7 +59,7 @@ class ComponentSource:
         exposure = Exposure(
             image_index=info.index,
             is_success=info.is_success,
-            utc_s=info.time_utc_us / 1e6 if info.time_utc_us else None,
+            utc_s=utc_s_of(info.time_utc_us),
             position=geodetic(info.position),
             q_wxyz=[getattr(info.attitude_quaternion, axis) for axis in "wxyz"],
             file_url=info.file_url,

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from aos_drivers.frames.errors import FrameRefusedError
-from aos_drivers.frames.poses.clocks import BootClock, LeastDelay, unwrap_us
+from aos_drivers.frames.poses.clocks import BootClock, LeastDelay, unwrap_us, utc_s_of
 from aos_drivers.frames.poses.gimbal import (
     YAW_IN_EARTH_FRAME,
     YAW_IN_VEHICLE_FRAME,
@@ -241,6 +241,11 @@ def test_a_time_of_day_that_cannot_be_is_replaced_by_that_of_arrival(utc_s: floa
     clock = BootClock()
     clock.hear_utc(1_700_000_000.0, 100.0)
     assert clock.exposure_time(round(utc_s * 1e6), 100.5).boot_s == 100.5
+
+
+def test_a_camera_without_a_clock_tells_no_time_of_day() -> None:
+    assert [utc_s_of(time_us) for time_us in (0, 86_400_000_000, 2**64 - 1)] == [None] * 3
+    assert utc_s_of(1_700_000_000_500_000) == 1_700_000_000.5
 
 
 def test_a_time_of_day_without_the_vehicles_own_is_not_believed() -> None:

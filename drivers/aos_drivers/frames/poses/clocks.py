@@ -12,6 +12,8 @@ _WRAP_US = 2**32
 """Microseconds since boot, as ArduPilot gives them with a camera's feedback pin, wrap after 71.6 minutes."""
 _EPOCH_FROM_US = 10**15
 """Year 2001: later values are times of day, earlier ones count from boot."""
+_EPOCH_TO_US = 4 * 10**15
+"""Year 2096: later values are errors."""
 _WINDOW_S = 5.0
 _JUMP_S = 0.5
 """Largest difference between TIMESYNC and arrivals: a larger one is not the delay of a link, but another clock."""
@@ -122,6 +124,11 @@ class BootClock:
         if -_AHEAD_S <= boot_now_s - boot_s <= _LONGEST_DELAY_S:
             return ExposureTime(boot_s, sigma_s)
         return ExposureTime(boot_now_s, _UNKNOWN_SIGMA_S)
+
+
+def utc_s_of(time_us: int) -> float | None:
+    """Return the time of day of a camera's image in seconds; None for 0 or what is none, as of a camera without a clock."""
+    return time_us / 1e6 if _EPOCH_FROM_US <= time_us < _EPOCH_TO_US else None
 
 
 def unwrap_us(low_us: int, near_us: int) -> int:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.frames.files.fetching import ImageFetcher
+from aos_drivers.frames.poses.clocks import utc_s_of
 from aos_drivers.frames.poses.plausibility import check_quaternion
 from aos_drivers.frames.settings import CameraPlan
 from aos_drivers.vehicle.commands import Send
@@ -67,7 +68,7 @@ def exposure_of(message: mavlink.MAVLink_camera_image_captured_message, fov_rad:
     return Exposure(
         image_index=message.image_index,
         is_success=message.capture_result == 1,
-        utc_s=message.time_utc / 1e6 if message.time_utc else None,
+        utc_s=utc_s_of(message.time_utc),
         position=position_from_e7(message.lat, message.lon, AmslM(message.alt / 1000)),
         q_wxyz=message.q,
         file_url=message.file_url,
