@@ -36,5 +36,5 @@ def is_autopilot_heartbeat(message: mavlink.MAVLink_message) -> bool:
         or message.type in _NO_VEHICLES
     ):
         return False
-    is_generic = mavlink.MAV_AUTOPILOT_GENERIC == message.autopilot or mavlink.MAV_TYPE_GENERIC == message.type
+    is_generic = message.autopilot == mavlink.MAV_AUTOPILOT_GENERIC or message.type == mavlink.MAV_TYPE_GENERIC
     return not is_generic or bool(message.get_srcComponent() == mavlink.MAV_COMP_ID_AUTOPILOT1)

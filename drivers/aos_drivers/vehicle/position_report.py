@@ -13,7 +13,7 @@ from aos_gcs.geometry.heights import AboveHomeM, AmslM
 
 _UNKNOWN_UINT16 = 0xFFFF
 _LOWEST_M, _HIGHEST_M = -1_000.0, 20_000.0
-"""Altitudes above mean sea level beyond which there is no multicopter: unknown ones are sent as INT32_MIN or INT32_MAX."""
+"""Altitudes above mean sea level beyond which no multicopter flies: INT32_MIN and INT32_MAX stand for unknown ones."""
 _KEPT_AS = "position_report"
 """Attribute of the message that keeps what it was read as."""
 

@@ -45,6 +45,15 @@ def test_of_several_new_files_the_one_of_the_right_time_is_taken_or_none() -> No
         choose(OLD | new, WantedImage(OLD, utc_s=None))
 
 
+def test_files_of_earlier_exposures_that_are_missing_come_first() -> None:
+    first, second = {"a.jpg": FileStamp(9, 305.0)}, {"b.jpg": FileStamp(9, 306.0)}
+    wanted = WantedImage(OLD, utc_s=0.0, earlier=1)
+    assert choose(OLD | first, wanted) is None
+    assert choose(OLD | second | first, wanted) == "b.jpg"
+    with pytest.raises(FrameRefusedError, match="2 new files"):
+        choose(OLD | first | {"b.jpg": FileStamp(9, 305.0)}, wanted)
+
+
 def test_the_newest_is_that_written_last() -> None:
     new = {"b.jpg": FileStamp(9, 305.0), "a.jpg": FileStamp(9, 306.0)}
     assert newest(OLD | new, WantedImage(OLD)) == "a.jpg"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import math
 import os
 from pathlib import Path
@@ -109,6 +110,36 @@ async def test_a_half_written_file_is_never_read(tmp_path: Path) -> None:
 
     async with open_camera(ShutterVehicle(write_slowly), in_folder(tmp_path, file_name="{index:05d}.png")) as network:
         assert (await network.vehicle().capture(deadline_s(network))).image[0, 0, 0] == 9
+
+
+async def test_the_late_file_of_an_exposure_is_not_taken_for_that_of_the_next(tmp_path: Path) -> None:
+    def write(shot: int) -> None:
+        path = tmp_path / f"{shot}.png"
+        path.write_bytes(picture(shot))
+        os.utime(path, (shot, shot))
+
+    def write_late(shot: int) -> None:
+        asyncio.get_running_loop().call_later(1.5 if shot == 42 else 0.9, write, shot)
+
+    async with open_camera(ShutterVehicle(write_late), in_folder(tmp_path)) as network:
+        with pytest.raises(LateFrameError, match="did not appear"):
+            await network.vehicle().capture(deadline_s(network, 1.0))
+        assert (await network.vehicle().capture(deadline_s(network))).image[0, 0, 0] == 43
+        await network.clock.sleep(1.0)
+        assert (await network.vehicle().capture(deadline_s(network))).image[0, 0, 0] == 44
+
+
+async def test_a_file_that_never_comes_costs_the_frames_of_some_seconds(tmp_path: Path) -> None:
+    def write(shot: int) -> None:
+        if shot > 42:
+            (tmp_path / f"{shot}.png").write_bytes(picture(shot))
+
+    shades = []
+    async with open_camera(ShutterVehicle(write), in_folder(tmp_path)) as network:
+        for _ in range(8):
+            with contextlib.suppress(LateFrameError):
+                shades.append(int((await network.vehicle().capture(deadline_s(network, 2.5))).image[0, 0, 0]))
+    assert shades == [48, 49]
 
 
 async def test_torn_late_and_absurd_frames_are_told_apart(tmp_path: Path) -> None:

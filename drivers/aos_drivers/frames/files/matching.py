@@ -37,6 +37,8 @@ class WantedImage:
     tolerance_s: float = 1.0
     file_name: str | None = None
     """Pattern of the name with ``{index}``; None if names carry no index."""
+    earlier: int = 0
+    """Number of new files that are to come first, those of exposures before."""
 
     @property
     def name(self) -> str | None:
@@ -55,8 +57,8 @@ def is_image_name(name: str) -> bool:
 def choose(now: Listing, wanted: WantedImage) -> str | None:
     """Return the name of the wanted image, or None while it is not there.
 
-    By its name where that holds the index. Otherwise it is the one file that is new; of several, the one whose time is
-    that of the exposure.
+    By its name where that holds the index. Otherwise it is the one file that is new, behind those that are to come
+    first; of more, the one whose time is that of the exposure.
 
     Raises:
         FrameRefusedError: several new files could be the image.
@@ -64,8 +66,10 @@ def choose(now: Listing, wanted: WantedImage) -> str | None:
     fresh = {name: stamp for name, stamp in now.items() if wanted.before.get(name) != stamp}
     if wanted.name is not None:
         return wanted.name if wanted.name in fresh else None
-    if len(fresh) <= 1:
-        return next(iter(fresh), None)
+    if len(fresh) <= wanted.earlier:
+        return None
+    if (last := _last(fresh)) is not None and len(fresh) == wanted.earlier + 1:
+        return last
     by_distance = sorted((_distance_s(stamp, wanted), name) for name, stamp in fresh.items())
     within = [name for distance_s, name in by_distance if distance_s <= wanted.tolerance_s]
     if len(within) != 1:
@@ -74,6 +78,16 @@ def choose(now: Listing, wanted: WantedImage) -> str | None:
             f"{wanted.tolerance_s:g} s of the exposure: name them with the index (file_name), or expose less often"
         )
     return within[0]
+
+
+def _last(files: Listing) -> str | None:
+    """Return the file that was written after all others; None if that is not known."""
+    if len(files) == 1:
+        return next(iter(files))
+    times_s = {name: stamp.modified_utc_s for name, stamp in files.items() if stamp.modified_utc_s is not None}
+    last_s = max(times_s.values(), default=0.0)
+    last = [name for name, time_s in times_s.items() if time_s == last_s]
+    return last[0] if len(last) == 1 and len(times_s) == len(files) else None
 
 
 def newest(now: Listing, wanted: WantedImage) -> str | None:

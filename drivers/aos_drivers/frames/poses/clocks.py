@@ -127,7 +127,7 @@ class BootClock:
 
 
 def utc_s_of(time_us: int) -> float | None:
-    """Return the time of day of a camera's image in seconds; None for 0 or what is none, as of a camera without a clock."""
+    """Return the time of day of a camera's image in seconds; None for what is none, as of a camera without a clock."""
     return time_us / 1e6 if _EPOCH_FROM_US <= time_us < _EPOCH_TO_US else None
 
 

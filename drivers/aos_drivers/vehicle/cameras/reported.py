@@ -12,13 +12,14 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.frames.files.images import decode_image
 from aos_drivers.frames.files.matching import Listing, WantedImage
+from aos_drivers.frames.files.outstanding import OutstandingFiles
 from aos_drivers.frames.files.stores import ImageFinder
 from aos_drivers.frames.poses.mount import Carrier, camera_pose
 from aos_drivers.frames.settings import CameraSettings
 from aos_drivers.vehicle.autopilots.base import command_long
 from aos_drivers.vehicle.cameras.exposure import CaptureTools, VehicleAccess, capture_error
 from aos_drivers.vehicle.cameras.payload import ShutterReport
-from aos_drivers.vehicle.cameras.shutter import Shutter
+from aos_drivers.vehicle.cameras.shutter import LostReportError, Shutter
 from aos_gcs.errors import CaptureError
 from aos_gcs.ports import Capture
 
@@ -34,6 +35,9 @@ class ReportedSource:
         self._limits = tools.fetcher.limits
         self._shutter = Shutter(vehicle, tools.clock)
         self._finder = ImageFinder(settings.place, vehicle.record.vehicle_id, tools.clock, tools.fetcher)
+        # A camera that fires by itself has files on their way at any time.
+        is_counted = settings.is_triggered and not settings.place.has_index and settings.place.file_name is None
+        self._outstanding = OutstandingFiles() if is_counted else None
         self._last_listing: Listing | None = None
         self._last_name = ""
 
@@ -43,13 +47,21 @@ class ReportedSource:
         index: int | None = None
         try:
             before = await self._files_before(host, deadline_s)
+            earlier = 0 if self._outstanding is None else self._outstanding.look(before, self._clock.now_s())
             report = await self._expose(deadline_s)
             index = report.index
             if not report.is_success:
                 raise CaptureError("the autopilot reports that the exposure failed")
-            return await self._collect(report, before, host, deadline_s)
+            self._await_file()
+            return await self._collect(report, before, earlier, host, deadline_s)
         except CaptureError as error:
+            if isinstance(error, LostReportError):
+                self._await_file()
             raise capture_error(record.vehicle_id, index, error) from error
+
+    def _await_file(self) -> None:
+        if self._outstanding is not None:
+            self._outstanding.note_exposure()
 
     async def _files_before(self, host: str, deadline_s: float) -> Listing:
         """Return the files that cannot be the image, because they were there before.
@@ -89,13 +101,20 @@ class ReportedSource:
         request = command_long(target, mavlink.MAV_CMD_REQUEST_MESSAGE, float(report_id))
         self._vehicle.send(target.system_id, target.component_id, request)
 
-    async def _collect(self, report: ShutterReport, before: Listing, host: str, deadline_s: float) -> Capture:
+    async def _collect(
+        self, report: ShutterReport, before: Listing, earlier: int, host: str, deadline_s: float
+    ) -> Capture:
         settings, clock, payload = self._settings, self._clock, self._record.payload
         boot_now_s = payload.boot_now_s(clock.now_s(), self._record.clock.offset_s)
         age_s = 0.0 if boot_now_s is None else boot_now_s - report.time.boot_s
         utc_s = clock.utc_s() - age_s
         wanted = WantedImage(
-            before, report.index + settings.index_offset, utc_s, settings.match_tolerance_s, settings.place.file_name
+            before,
+            report.index + settings.index_offset,
+            utc_s,
+            settings.match_tolerance_s,
+            settings.place.file_name,
+            earlier,
         )
         decode = partial(decode_image, max_pixels=self._limits.max_pixels)
         (image, bands), self._last_name = await self._finder.find(wanted, decode, host=host, deadline_s=deadline_s)
