@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import math
 from collections.abc import Callable
 from pathlib import Path
@@ -9,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from aos_drivers.frames.errors import FrameRefusedError
+from aos_drivers.frames.errors import FrameRefusedError, LateFrameError
 from aos_drivers.frames.files.fetching import ImageLimits
 from aos_drivers.frames.settings import CameraPlan, CameraSettings, ImagePlace, SourceKind
 from aos_gcs.errors import CaptureError
@@ -89,6 +90,19 @@ async def test_photographs_that_cannot_be_used_are_named(
         await network.clock.sleep(0.1)
         with pytest.raises(error, match=words):
             await network.vehicle().capture(deadline_s(network))
+
+
+async def test_a_late_photograph_of_the_request_before_is_passed_over(tmp_path: Path) -> None:
+    def take(shot: int) -> None:
+        is_late = shot == 42
+        taken_at = {0x9003: "2020:01:01 00:00:00" if is_late else "2099:11:20 14:00:00", 0x9011: "+00:00"}
+        later = asyncio.get_running_loop().call_later
+        later(1.5 if is_late else 1.0, photographer(tmp_path, XMP, taken_at), shot)
+
+    async with open_camera(ShutterVehicle(take), settings_of(tmp_path)) as network:
+        with pytest.raises(LateFrameError):
+            await network.vehicle().capture(deadline_s(network, 1.0))
+        assert (await network.vehicle().capture(deadline_s(network))).utc_s == 4_098_866_400.0
 
 
 async def test_each_vehicle_has_its_own_source() -> None:

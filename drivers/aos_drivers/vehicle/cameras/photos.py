@@ -5,8 +5,9 @@ from __future__ import annotations
 from functools import partial
 from typing import Literal
 
+from aos_drivers.frames.errors import FrameRefusedError, LateFrameError
 from aos_drivers.frames.files.matching import Listing, WantedImage, newest
-from aos_drivers.frames.files.photos import check_moment, position_of, read_photograph
+from aos_drivers.frames.files.photos import Photograph, check_moment, position_of, read_photograph
 from aos_drivers.frames.files.stores import ImageFinder
 from aos_drivers.frames.settings import CameraSettings
 from aos_drivers.vehicle.cameras.exposure import CaptureTools, VehicleAccess, capture_error
@@ -45,11 +46,8 @@ class PhotoSource:
             raise capture_error(self._record.vehicle_id, None, error) from error
 
     async def _collect(self, before: Listing, asked_at_utc_s: float, host: str, deadline_s: float) -> Capture:
-        photograph, _ = await self._finder.find(
-            WantedImage(before), self._read, host=host, deadline_s=deadline_s, pick=newest
-        )
+        photograph = await self._find(before, asked_at_utc_s, host, deadline_s)
         tag = photograph.tag
-        check_moment(tag, asked_at_utc_s, self._settings.match_tolerance_s)
         self._taken += 1
         return Capture(
             vehicle_id=self._record.vehicle_id,
@@ -61,6 +59,34 @@ class PhotoSource:
             R_cam2enu=self._settings.calibrated(tag.R_cam2enu),
             camera=self._camera(tag),
         )
+
+    async def _find(self, before: Listing, asked_at_utc_s: float, host: str, deadline_s: float) -> Photograph:
+        """Return the first photograph from after the request; those from before it may come late, and are passed over.
+
+        Raises:
+            FrameRefusedError: only such came.
+            CaptureError: see ``ImageFinder.find``.
+        """
+        passed_over, too_old = dict(before), None
+
+        def pick(now: Listing, wanted: WantedImage) -> str | None:
+            name = newest(now, wanted)
+            if name is not None:
+                passed_over[name] = now[name]
+            return name
+
+        while True:
+            wanted = WantedImage(dict(passed_over))
+            try:
+                found = await self._finder.find(wanted, self._read, host=host, deadline_s=deadline_s, pick=pick)
+            except LateFrameError as error:
+                raise too_old or error from error
+            try:
+                check_moment(found[0].tag, asked_at_utc_s, self._settings.match_tolerance_s)
+            except FrameRefusedError as error:
+                too_old = error
+            else:
+                return found[0]
 
     def _camera(self, tag: Geotag) -> CameraModel:
         if self._settings.calibration is not None:
