@@ -253,6 +253,22 @@ async def test_a_stream_that_is_not_there_is_named_at_the_deadline() -> None:
             await network.vehicle().capture(deadline_s(network, 0.1))
 
 
+async def test_a_receiver_that_fails_in_whatever_way_tries_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("aos_drivers.frames.stream.receiver._FIRST_PAUSE_S", 0.01)
+    attempts = []
+
+    def fail() -> str:
+        attempts.append(1)
+        return b"Cam\xe9ra".decode()  # as the name of a session that is not UTF-8 did
+
+    receiver = VideoReceiver(fail, LoopClock(), settings_of("rtsp://127.0.0.1/"), 1000, lambda: None)
+    task = asyncio.create_task(receiver.run())
+    await until(LoopClock(), lambda: len(attempts) > 1)
+    assert "can't decode" in receiver.problem
+    task.cancel()
+    await asyncio.gather(task, return_exceptions=True)
+
+
 async def test_what_is_no_stream_is_not_opened() -> None:
     """FFmpeg knows hundreds of formats, playlists that name other addresses among them."""
     film = io.BytesIO()

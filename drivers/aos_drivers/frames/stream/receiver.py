@@ -117,7 +117,7 @@ class VideoReceiver:
             try:
                 self._receive(loop)
                 self.problem = "the stream has ended"
-            except (self._av.FFmpegError, OSError, CaptureError) as error:
+            except Exception as error:  # whatever it is: a thread that ends would say nothing, and nothing would come
                 self.problem = f"the stream fails: {error}"
             pause_s = _FIRST_PAUSE_S if self._received > before else min(2 * pause_s, _LONGEST_PAUSE_S)
             self._stop.wait(pause_s)
@@ -132,7 +132,9 @@ class VideoReceiver:
             "fflags": "nobuffer",
             "analyzeduration": str(round(_ANALYSIS_S * 1e6)),
         }
-        with self._av.open(address, options=options, timeout=(_TIMEOUT_S, _TIMEOUT_S)) as container:
+        # Names of cameras are in any encoding.
+        timeout_s = (_TIMEOUT_S, _TIMEOUT_S)
+        with self._av.open(address, options=options, timeout=timeout_s, metadata_errors="replace") as container:
             if not container.streams.video:
                 raise CaptureError(f"{address} has no video")
             stream = container.streams.video[0]
