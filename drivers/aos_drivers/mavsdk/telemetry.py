@@ -11,6 +11,7 @@ from mavsdk.system import System
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.mavsdk.core import LoopDispatcher, message_from_direct
+from aos_drivers.vehicle.position_report import position_from_e7
 from aos_drivers.vehicle.record import VehicleRecord
 from aos_drivers.vehicle.status_text import notice_severity
 from aos_gcs.geometry.geodesy import GeodeticPosition
@@ -148,9 +149,11 @@ class TelemetryFeed:
 
 def geodetic(position: plugin.Position | plugin.HomePosition) -> GeodeticPosition | None:
     """Return one of MAVSDK's positions, or None for what means "unknown"."""
-    latitude_deg, longitude_deg = position.latitude_deg, position.longitude_deg
-    if not all(map(math.isfinite, (latitude_deg, longitude_deg, position.absolute_altitude_m))):
+    latitude_deg, longitude_deg, altitude_amsl_m = (
+        position.latitude_deg,
+        position.longitude_deg,
+        position.absolute_altitude_m,
+    )
+    if not all(map(math.isfinite, (latitude_deg, longitude_deg, altitude_amsl_m))):
         return None
-    if latitude_deg == 0.0 and longitude_deg == 0.0:
-        return None
-    return GeodeticPosition(latitude_deg, longitude_deg, AmslM(position.absolute_altitude_m))
+    return position_from_e7(round(latitude_deg * 1e7), round(longitude_deg * 1e7), AmslM(altitude_amsl_m))
