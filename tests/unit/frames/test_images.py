@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
+from aos_drivers.frames.errors import TornFrameError
 from aos_drivers.frames.files.images import decode_image
 from aos_gcs.errors import CaptureError, InputDataError
 from aos_gcs.image_headers import as_stored, picture_sizes
@@ -35,6 +36,15 @@ def test_rgb_and_radiometric_thermal_pages_become_four_bands() -> None:
     assert image.dtype == np.float32
     np.testing.assert_array_equal(image[..., :3], RGB)
     np.testing.assert_allclose(image[..., 3], THERMAL / 100 - 273.15, atol=1e-4)
+
+
+@pytest.mark.parametrize("kind", [".png", ".jpg", ".tiff"])
+@pytest.mark.parametrize("written_share", [0.0, 0.5])
+def test_a_file_whose_space_is_reserved_and_not_filled_is_incomplete(kind: str, written_share: float) -> None:
+    data = encoded(kind, RGB)
+    written = round(written_share * len(data))
+    with pytest.raises(TornFrameError):
+        decode_image(data[:written].ljust(len(data), b"\0"))
 
 
 @pytest.mark.parametrize("kind", [".png", ".tiff"])

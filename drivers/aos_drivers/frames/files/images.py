@@ -19,6 +19,8 @@ Image = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32]
 
 MAX_PIXELS = 100_000_000
 """Default limit for all pages of an image together."""
+_EMPTY_BYTES = 64
+"""Zeros by which a part of a file is known that is not written yet."""
 
 
 def decode_image(data: bytes, max_pixels: int = MAX_PIXELS) -> tuple[Image, tuple[str, ...]]:
@@ -56,7 +58,15 @@ def _sizes(data: bytes) -> list[tuple[int, int]]:
     except TornImageError as error:
         raise TornFrameError(str(error)) from error
     except InputDataError as error:
+        if _is_unwritten(data):
+            raise TornFrameError(f"the image file of {len(data)} bytes is not written yet") from error
         raise CaptureError(str(error)) from error
+
+
+def _is_unwritten(data: bytes) -> bool:
+    """Return whether space was reserved for a file and is not filled yet; the pages of a TIFF are listed at its end."""
+    is_tiff = data[:2] in TIFF_STARTS
+    return not any(data[:_EMPTY_BYTES]) or (is_tiff and not any(data[-_EMPTY_BYTES:]))
 
 
 def _pages(data: NDArray[np.uint8]) -> Sequence[NDArray[Any]]:
