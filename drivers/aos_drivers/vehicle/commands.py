@@ -135,7 +135,9 @@ class CommandRunner:
             if is_last and transaction.answer is not Answer.NONE:
                 record.control.take_answer(self._clock.now_s(), is_accepted=transaction.answer is Answer.ACCEPTED)
             is_shown = step.is_done(record.telemetry, self._clock.now_s())
-            return is_shown and (transaction.answer is Answer.ACCEPTED or not needs_acceptance)
+            is_ignored = transaction.result in step.ignored_results and not needs_acceptance
+            needs_answer = needs_acceptance or step.needs_answer
+            return is_shown and (transaction.answer is Answer.ACCEPTED or is_ignored or not needs_answer)
 
         awaits_heartbeat = step.message.command in _SHOWN_BY_HEARTBEAT
 

@@ -13,7 +13,7 @@ from aos_gcs.ports import (
     Land,
     Takeoff,
 )
-from tests.fakes.commanded import ARM, CHANGE_SPEED, GOTO, REPOSITION, SET_MODE, TAKEOFF, copter, px4
+from tests.fakes.commanded import ARM, CHANGE_SPEED, GOTO, REPOSITION, SET_MODE, TAKEOFF, THERE, copter, px4
 from tests.fakes.mavlink_fleet import open_network
 
 pytestmark = pytest.mark.looptime
@@ -161,6 +161,27 @@ async def test_a_refused_goto_that_the_vehicle_flies_anyway_is_done() -> None:
     vehicle.obeys = obey
     async with open_network(vehicle) as network:
         await network.vehicle().execute(GOTO, 10.0)
+
+
+@pytest.mark.parametrize("answer", [True, mavlink.MAV_RESULT_UNSUPPORTED])
+async def test_a_goto_close_to_the_former_one_is_done_once_it_was_heard(answer: bool | int) -> None:
+    vehicle = px4(flying=True)
+    vehicle.obeys = lambda _message: None if len(vehicle.sent(REPOSITION)) < 3 else answer
+    vehicle.target = (round(THERE.latitude_deg * 1e7), round(THERE.longitude_deg * 1e7), THERE.altitude_amsl_m + 1.5)
+    async with open_network(vehicle) as network:
+        await network.clock.sleep(1.0)
+        await network.vehicle().execute(GOTO, 10.0)
+    assert len(vehicle.sent(REPOSITION)) == 3
+
+
+async def test_a_refused_goto_close_to_the_former_one_is_not_done() -> None:
+    vehicle = px4(flying=True)
+    vehicle.obeys = lambda _message: int(mavlink.MAV_RESULT_DENIED)
+    vehicle.target = (round(THERE.latitude_deg * 1e7), round(THERE.longitude_deg * 1e7), THERE.altitude_amsl_m + 1.5)
+    async with open_network(vehicle) as network:
+        await network.clock.sleep(1.0)
+        with pytest.raises(CommandRefusedError, match="denied"):
+            await network.vehicle().execute(GOTO, 10.0)
 
 
 async def test_a_goto_that_is_accepted_and_ignored_times_out_and_was_repeated() -> None:

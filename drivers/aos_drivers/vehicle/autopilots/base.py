@@ -64,6 +64,8 @@ class Step:
     """Time after the acceptance at which the command is sent again, while not done."""
     needs_acceptance: bool = False
     """Whether what telemetry shows counts only once the command has been accepted."""
+    needs_answer: bool = False
+    """Whether what telemetry shows counts only once the command has been accepted, or answered by an ignored result."""
     ignored_results: frozenset[int] = frozenset()
     """Answers that say nothing of whether the vehicle obeys."""
     is_optional: bool = False

@@ -59,6 +59,9 @@ class GotoEvidence:
         echo = telemetry.target
         self._echo_heard_s = echo.at_s if echo is not None and is_echo_reliable else -math.inf
         self._farthest_m = 0.0 if telemetry.position is None else self._distance_m(telemetry.position)
+        shown = (telemetry.position, None if echo is None else echo.position)
+        self.is_shown_before = any(one is not None and self._distance_m(one) <= TARGET_TOLERANCE_M for one in shown)
+        """Whether telemetry would look the same without the command: it is to a place close by."""
 
     def __call__(self, telemetry: Telemetry, now_s: float) -> bool:
         """Return whether telemetry shows it."""

@@ -130,8 +130,10 @@ class Px4Dialect(MulticopterDialect):
         if telemetry.mode_name == _HOLD_NAME:
             ignored = frozenset({mavlink.MAV_RESULT_UNSUPPORTED})
             message = reposition(command, target, changes_mode=False)
-            return [Step("goto", message, evidence, REPEAT_S, ignored_results=ignored)]
-        return [Step("goto", reposition(command, target), evidence, REPEAT_S)]
+        else:
+            message, ignored = reposition(command, target), frozenset()
+        needs_answer = evidence.is_shown_before
+        return [Step("goto", message, evidence, REPEAT_S, needs_answer=needs_answer, ignored_results=ignored)]
 
     def stop(self, target: Target, now_s: float) -> Step:
         """See the base class.
