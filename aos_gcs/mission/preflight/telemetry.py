@@ -10,6 +10,7 @@ import numpy as np
 from aos_gcs.airspace.accuracy import beside_errors_m
 from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.mission.fleet.accuracies import accuracy_of
+from aos_gcs.mission.fleet.condition import MAX_BATTERY_AGE_S
 from aos_gcs.mission.fleet.roster import Member, Roster
 from aos_gcs.mission.model.checks import PreflightCheck
 from aos_gcs.mission.preflight import checks
@@ -179,6 +180,11 @@ def _check_battery(member: Member) -> PreflightCheck:
     if fraction is None or fraction < MIN_START_BATTERY_FRACTION:
         remedy = f"replace the battery: a search needs {100 * MIN_START_BATTERY_FRACTION:.0f} % or more"
         return checks.failed(member.vehicle_id, checks.BATTERY, text, remedy)
+    reported_at_s, heard_at_s = member.state.battery_at_s, member.state.heard_at_s
+    age_s = 0.0 if reported_at_s is None or heard_at_s is None else heard_at_s - reported_at_s
+    if age_s > MAX_BATTERY_AGE_S:
+        text += f", reported {age_s:.0f} s ago"
+        return checks.failed(member.vehicle_id, checks.BATTERY, text, "check its battery monitor")
     return checks.passed(member.vehicle_id, checks.BATTERY, text)
 
 

@@ -323,7 +323,7 @@ class LinkOpener:
             reader, writer = await asyncio.open_connection(address.host, address.port)
         peer = _peer_of(link, writer)
         if peer is None:
-            raise LinkError(f"{address.text} ends the connection at once: check what listens there")
+            raise LinkError(f"{address.text} does not respond: check address and network")
         self._stack.callback(endpoint.close)
         self._tasks.start(self._keep_connected(endpoint, address, reader, writer))
         return endpoint, peer

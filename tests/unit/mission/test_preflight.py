@@ -75,6 +75,7 @@ async def test_good_vehicles_pass_everything() -> None:
         ({"home": None}, "home", "wait for the position estimate"),
         ({"battery_fraction": 0.49}, "battery", "replace the battery"),
         ({"battery_fraction": None}, "battery", "replace the battery"),
+        ({"heard_at_s": 10.0, "battery_at_s": -11.0}, "battery", "battery monitor"),
         ({"ready_to_arm": False, "text": "PreArm: compass"}, "ready to arm", "PreArm: compass"),
         ({"ready_to_arm": None}, "ready to arm", "wait for its own checks"),
     ],

@@ -185,6 +185,7 @@ export const cameras: readonly StationText[] = [
     "die Bilddatei von {size} Byte kann nicht dekodiert werden: {reason}",
   ],
   ["the image file of {size} bytes is incomplete", "die Bilddatei von {size} Byte ist unvollständig"],
+  ["the image file of {size} bytes is not written yet", "die Bilddatei von {size} Byte ist noch nicht geschrieben"],
   [
     "the image file of {size} bytes is neither PNG, JPEG nor TIFF",
     "die Bilddatei von {size} Byte ist weder PNG noch JPEG noch TIFF",

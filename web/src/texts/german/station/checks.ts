@@ -108,6 +108,8 @@ export const checks: readonly StationText[] = [
   ["place them {distance} m apart", "{distance} m voneinander aufstellen"],
   ["{distance} m from vehicle {other}", "{distance} m von Drohne {other}"],
   ["replace the battery: a search needs {least} % or more", "Akku wechseln: Eine Suche braucht {least} % oder mehr"],
+  ["{charge}, reported {age} s ago", "{charge}, vor {age} s gemeldet"],
+  ["check its battery monitor", "Akkuüberwachung prüfen"],
   ["the autopilot is not ready", "der Autopilot ist nicht bereit"],
   ["wait for its own checks, or read its messages", "auf ihre eigenen Prüfungen warten oder ihre Meldungen lesen"],
   ["two vehicles use it", "zwei Drohnen verwenden sie"],
