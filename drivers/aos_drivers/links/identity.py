@@ -67,6 +67,10 @@ class Identity:
         """Return the addresses that are remembered."""
         return list(self._sightings)
 
+    def living(self, now_s: float) -> list[PeerAddress]:
+        """Return the addresses that are taken to be in use."""
+        return [key for key, entry in self._sightings.items() if now_s - entry.heard_at_s <= MEMORY_S]
+
     def keep(self, addresses: Iterable[PeerAddress]) -> None:
         """Never forget ``addresses``, and forget others before them."""
         self._kept = frozenset(addresses)

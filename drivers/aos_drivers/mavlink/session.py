@@ -129,10 +129,15 @@ class MavlinkSession:
         return now_s >= self._heartbeat_due_s
 
     def send_heartbeat(self, now_s: float) -> None:
-        """Queue our heartbeat, once for each peer that carries a vehicle or that a link calls out to."""
+        """Queue our heartbeat, once for each peer that carries a vehicle or that a link calls out to.
+
+        An address that may be a new one of a vehicle in flight hears it before that is proven: failsafes do not wait.
+        """
         next_s = self._heartbeat_due_s + HEARTBEAT_PERIOD_S
         self._heartbeat_due_s = next_s if next_s > now_s else now_s + HEARTBEAT_PERIOD_S
-        for peer in self._peers.called():
+        claimed = [record.identity for record in self.records.values() if record.ownership.is_claimed]
+        unproven = [peer for identity in claimed for peer in identity.living(now_s)]
+        for peer in dict.fromkeys([*self._peers.called(), *unproven]):
             self._peers.send(our_heartbeat(), peer)
 
     def send(self, system_id: int, component_id: int, message: mavlink.MAVLink_message) -> None:

@@ -183,6 +183,17 @@ async def test_silence_is_counted_in_seconds_of_the_link_however_fast_the_clock(
     assert ("has been silent for 6 s" in str(raised.value), bool(sent)) == (not is_sent, is_sent)
 
 
+def test_an_address_that_may_be_a_new_one_of_a_vehicle_in_flight_hears_our_heartbeats() -> None:
+    sky = Sky()
+    sky.vehicle.uid = 0  # it has no identity: its proof is that nothing else is heard for ten seconds
+    sky.take_off()
+    sky.vehicle.boot_ms += 200
+    sky.session.feed(sky.vehicle.heartbeat() + sky.vehicle.position(), NEW_PORT, sky.now_s)
+    sky.session.take_outgoing()
+    sky.session.send_heartbeat(sky.now_s)
+    assert [one.peer for one in sky.session.take_outgoing()] == [HOME, NEW_PORT]
+
+
 def test_a_vehicle_in_flight_is_followed_to_any_number_of_ports_one_after_the_other() -> None:
     # As over a mobile network, or a TCP link that breaks: each connection has another port.
     sky = Sky()
