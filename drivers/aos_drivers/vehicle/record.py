@@ -17,7 +17,7 @@ from aos_drivers.links.ownership import Ownership
 from aos_drivers.links.routes import ComponentRoute, DuplicateFilter
 from aos_drivers.vehicle.autopilots.base import AutopilotDialect, Target
 from aos_drivers.vehicle.autopilots.choice import dialect_of
-from aos_drivers.vehicle.cameras.component_record import CameraRecord
+from aos_drivers.vehicle.cameras.component_record import CAMERA_IDS, CameraRecord, camera_rank
 from aos_drivers.vehicle.cameras.payload import PayloadRecord, motion_rates_hz
 from aos_drivers.vehicle.control import ControlWatch
 from aos_drivers.vehicle.delay import TelemetryDelay
@@ -44,7 +44,6 @@ _COMING_DOWN = frozenset({FlightMode.RETURN, FlightMode.LAND})
 _HEARTBEAT, _CAMERA_INFORMATION = mavlink.MAVLINK_MSG_ID_HEARTBEAT, mavlink.MAVLINK_MSG_ID_CAMERA_INFORMATION
 _INTRODUCTIONS = frozenset({_HEARTBEAT, _CAMERA_INFORMATION})
 """Messages by which a camera can be known."""
-_CAMERA_IDS = range(mavlink.MAV_COMP_ID_CAMERA, mavlink.MAV_COMP_ID_CAMERA6 + 1)
 
 
 class VehicleRecord:
@@ -275,11 +274,11 @@ class VehicleRecord:
         self.payload.update(message, message_id, now_s, self.clock.offset_s, of_autopilot=of_autopilot)
 
     def _find_camera(self, message: mavlink.MAVLink_message, message_id: int, component_id: int) -> None:
-        """Take the sender of ``message`` as the camera if it is one; the lowest component id wins."""
+        """Take the sender of ``message`` as the camera if it is one; of several, the first by ``camera_rank`` wins."""
         is_camera = message_id == _CAMERA_INFORMATION or (
-            message_id == _HEARTBEAT and message.type == mavlink.MAV_TYPE_CAMERA and component_id in _CAMERA_IDS
+            message_id == _HEARTBEAT and message.type == mavlink.MAV_TYPE_CAMERA and component_id in CAMERA_IDS
         )
-        if is_camera and (self.camera is None or component_id < self.camera.component_id):
+        if is_camera and (self.camera is None or camera_rank(component_id) < camera_rank(self.camera.component_id)):
             self.camera = CameraRecord(component_id)
             for wanted_id in (_CAMERA_INFORMATION, mavlink.MAVLINK_MSG_ID_CAMERA_CAPTURE_STATUS):
                 self.requests.want(component_id, wanted_id, _PAUSE_S, _ATTEMPTS)

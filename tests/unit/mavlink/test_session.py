@@ -139,6 +139,17 @@ def test_ground_stations_and_cameras_are_no_vehicles() -> None:
     assert session.records == {}
 
 
+def test_an_autopilot_that_introduces_a_camera_does_not_take_the_place_of_a_camera() -> None:
+    session, vehicle = new_session(), FakeVehicle()
+    values = dict.fromkeys(mavlink.MAVLink_camera_information_message.fieldnames, 0)
+    names = {"vendor_name": [0] * 32, "model_name": [0] * 32, "cam_definition_uri": b""}
+    session.feed(vehicle.heartbeat(), A, 0.0)
+    introduction = vehicle.encoder.pack(mavlink.MAVLink_camera_information_message(**values | names))
+    session.feed(introduction + vehicle.camera_heartbeat(), A, 0.1)
+    session.feed(introduction, A, 0.2)
+    assert session.records[1].camera.component_id == mavlink.MAV_COMP_ID_CAMERA
+
+
 def test_a_companion_that_leaves_its_heartbeat_at_zero_does_not_take_the_autopilots_place() -> None:
     session, companion = new_session(), Encoder(1, mavlink.MAV_COMP_ID_ONBOARD_COMPUTER)
     session.feed(companion.pack(mavlink.MAVLink_heartbeat_message(0, 0, 0, 0, 4, 3)), A, 0.0)

@@ -10,6 +10,8 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.vehicle.cameras.image_index import ImageIndex
 
+CAMERA_IDS = range(mavlink.MAV_COMP_ID_CAMERA, mavlink.MAV_COMP_ID_CAMERA6 + 1)
+"""Component ids of cameras."""
 _KEPT_CAPTURES = 16
 _KEPT_ARRIVALS = 64
 _KEPT_GAPS = 64
@@ -149,6 +151,14 @@ class CameraRecord:
             self._captures.clear()
             self._gaps.clear()
         self._boot_ms = time_boot_ms
+
+
+def camera_rank(component_id: int) -> tuple[bool, int]:
+    """Return by what one of several cameras is chosen, the least first.
+
+    Autopilots introduce the cameras that they trigger, too, such as to another station, and have no images of them.
+    """
+    return component_id not in CAMERA_IDS, component_id
 
 
 def fov_from_lens(focal_mm: float, width_mm: float) -> float | None:
