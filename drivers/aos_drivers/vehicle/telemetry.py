@@ -33,6 +33,9 @@ _LANDED = {
 }
 
 
+_FLIES = frozenset({LandedState.IN_AIR, LandedState.TAKING_OFF, LandedState.LANDING})
+
+
 @dataclass(frozen=True, slots=True)
 class PositionTarget:
     """Position that the autopilot reports to be flying to."""
@@ -56,6 +59,8 @@ class Telemetry:
     """Time that a question and its answer take at most now: a message that comes earlier may be older than it."""
     landed: LandedState = LandedState.UNKNOWN
     landed_at_s: float | None = None
+    has_flown: bool = False
+    """Whether it has reported to be in the air since its motors were started."""
     position: GeodeticPosition | None = None
     position_at_s: float | None = None
     position_boot_ms: int = 0
@@ -123,6 +128,7 @@ class Telemetry:
         telemetry.mode, telemetry.mode_name, telemetry.armed = self.mode, self.mode_name, self.armed
         telemetry.position, telemetry.position_at_s = self.position, self.position_at_s
         telemetry.velocity_enu_mps, telemetry.jumps = self.velocity_enu_mps, self.jumps
+        telemetry.has_flown = self.has_flown
         return telemetry
 
     @property
@@ -160,6 +166,7 @@ class Telemetry:
         elif not self._disarming.claim(now_s):
             return False
         self.armed, self.heartbeat_at_s = armed, now_s
+        self.has_flown = self.has_flown and armed
         return True
 
     def take_landed(self, landed: LandedState, now_s: float) -> None:
@@ -169,6 +176,7 @@ class Telemetry:
         elif not self._landing.claim(now_s):
             return
         self.landed, self.landed_at_s = landed, now_s
+        self.has_flown = self.has_flown or (self.armed and landed in _FLIES)
 
     def update(self, message: mavlink.MAVLink_message, now_s: float) -> None:
         """Update from one message; messages without telemetry are ignored."""

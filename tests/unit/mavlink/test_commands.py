@@ -131,10 +131,23 @@ async def test_disarming_is_sent_only_on_the_ground() -> None:
             with pytest.raises(CommandRefusedError, match="on the ground"):
                 await network.vehicle().execute(Disarm(), 10.0)
         assert vehicle.sent(ARM) == []
-        vehicle.landed = 1
+        vehicle.landed, vehicle.height_m = 1, 4.0
         await network.clock.sleep(2.0)
         await network.vehicle().execute(Disarm(), 10.0)
     assert not vehicle.armed
+
+
+async def test_a_vehicle_that_reports_a_landing_far_above_its_home_is_not_disarmed() -> None:
+    vehicle = copter(flying=True)
+    vehicle.landed = 1  # as when it was armed there
+    async with open_network(vehicle) as network:
+        await network.clock.sleep(2.0)
+        network.vehicle()._commands._steps(Disarm())
+        for vehicle.landed in (2, 1):
+            await network.clock.sleep(2.0)
+        with pytest.raises(CommandRefusedError, match="30 m above its home"):
+            await network.vehicle().execute(Disarm(), 10.0)
+    assert vehicle.sent(ARM) == []
 
 
 async def test_a_ceiling_below_home_is_refused_before_anything_is_written() -> None:

@@ -37,6 +37,9 @@ _LONGEST_ROUND_TRIP_S = 1.0
 REPEAT_S = 2.0
 """An accepted goto or mode is sent again while telemetry does not show it: the answer may have been to an older one."""
 _FRESH_S = 3.0
+_LANDED_M = 5.0
+"""Height above home from which a vehicle that has flown is not disarmed: detectors of landings are wrong at times, and
+those that land on higher ground stop their motors by themselves."""
 _MODE_OF: Mapping[type[Command], FlightMode] = {
     ReturnToLaunch: FlightMode.RETURN,
     Land: FlightMode.LAND,
@@ -286,6 +289,12 @@ def _disarm(target: Target, telemetry: Telemetry, now_s: float) -> Step:
     if telemetry.landed is not LandedState.ON_GROUND or not _is_fresh(telemetry.landed_at_s, now_s):
         raise CommandRefusedError(
             f"vehicle {target.system_id} does not report that it is on the ground: land it before disarming"
+        )
+    height_m = telemetry.height_above_home_m
+    if telemetry.has_flown and height_m is not None and height_m > _LANDED_M:
+        raise CommandRefusedError(
+            f"vehicle {target.system_id} reports that it is on the ground, {height_m:.0f} m above its home: "
+            "its motors are stopped by its autopilot or its pilot alone"
         )
     message = command_long(target, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0.0)
     return Step("disarm", message, lambda state, _now_s: not state.armed)

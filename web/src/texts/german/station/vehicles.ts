@@ -75,6 +75,10 @@ export const vehicles: readonly StationText[] = [
     "Drohne {id} meldet nicht, dass sie am Boden ist: vor dem Abstellen der Motoren landen",
   ],
   [
+    "vehicle {id} reports that it is on the ground, {height} m above its home: its motors are stopped by its autopilot or its pilot alone",
+    "Drohne {id} meldet, dass sie am Boden ist, {height} m über ihrem Startpunkt: Nur ihr Autopilot oder ihr Pilot stellt ihre Motoren ab",
+  ],
+  [
     "vehicle {id} is not a PX4 or ArduPilot multicopter: {command} is not supported",
     "Drohne {id} ist kein Multikopter mit PX4 oder ArduPilot: {command} wird nicht unterstützt",
   ],
