@@ -23,6 +23,7 @@ from aos_gcs.groundmap.directions import ViewDirections, direction_step
 from aos_gcs.groundmap.figures import DetectionFigures
 from aos_gcs.groundmap.tile import MAX_VIEWS
 from aos_gcs.planning.legs import ScanLeg
+from aos_gcs.planning.mixed_line import mixed_layers
 from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.planning.proposal import altitude_layers
 from aos_gcs.planning.search_settings import SearchMode
@@ -41,6 +42,8 @@ _CHUNK: Final = 500
 """Places that are counted at once: 2 MB of directions."""
 _MOST_AT_ONCE: Final = 1_000_000
 """Exposures that one camera has of the places that are counted at once, at most: some 100 MB."""
+_SAME_WAY = 1e-6
+"""Cosine between legs below which they do not run against each other."""
 _PLASTIC = 1.324717957244746
 """The plastic number: its powers spread places evenly over a plane, in no line with any legs."""
 
@@ -52,21 +55,34 @@ class LineOfCameras:
     aside_m: FloatArray
     """Place of each vehicle along the line, from its middle, shape (n,)."""
     heights_m: FloatArray
-    """Height of each above the focal plane, where the ground is level with the origin, shape (n,)."""
+    """Height of each above the focal plane, where the ground is level with the origin, shape (n,), on the first leg."""
     half_view: float
     """Tangent of half the field of view."""
     interval_m: float
     """Distance between two exposures of a camera along the leg."""
+    direction_enu: tuple[float, float] = (0.0, 1.0)
+    """Unit vector along the first leg."""
+
+    def heights_on_m(self, leg: ScanLeg) -> FloatArray:
+        """Return the height of each place of the line on a leg, shape (n,).
+
+        Vehicles keep their order over the ground, so that on the way back it is reversed along the line.
+        """
+        is_back = float(np.dot(self.direction_enu, leg.direction_enu)) < -_SAME_WAY
+        return self.heights_m[::-1] if is_back else self.heights_m
 
 
 def line_of(plan: MissionPlan, plane_height_m: float) -> LineOfCameras:
     """Return the line in which a plan flies its legs."""
     n = plan.vehicles
+    heights_m = np.array(altitude_layers(n, plan.lowest_layer_m - plane_height_m, plan.layer_spacing_m))
     return LineOfCameras(
         aside_m=np.asarray(plan.on_legs_m * (np.arange(n) - (n - 1) / 2.0), dtype=np.float64),
-        heights_m=np.array(altitude_layers(n, plan.lowest_layer_m - plane_height_m, plan.layer_spacing_m)),
+        # Without a wanted probability layers are as the launch points have them: taken to ascend along the line.
+        heights_m=heights_m if plan.pod is None else heights_m[mixed_layers(n)],
         half_view=math.tan(plan.camera_fov_rad / 2.0),
         interval_m=plan.leg_speed_mps / plan.rate_hz,
+        direction_enu=(math.sin(plan.scan_heading_rad), math.cos(plan.scan_heading_rad)),
     )
 
 
@@ -196,7 +212,7 @@ def _exposures(
     # What cameras may see at most, from above the highest place of the layers; narrowed down below.
     depths_m = ground.layers.highest_m - cells_m[:, 2]
     last = math.floor(leg.length_m / line.interval_m)
-    for aside_m, height_m in zip(line.aside_m.tolist(), line.heights_m.tolist(), strict=True):
+    for aside_m, height_m in zip(line.aside_m.tolist(), line.heights_on_m(leg).tolist(), strict=True):
         reaches_m = (height_m + depths_m) * line.half_view
         (near,) = np.nonzero(np.abs(across_m - aside_m) <= reaches_m)
         reach_m = reaches_m[near]

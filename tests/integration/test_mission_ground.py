@@ -278,6 +278,19 @@ async def test_the_likely_strip_is_flown_first(tmp_path: Path) -> None:
     assert begun_m == pytest.approx([-6.0, 6.0])
 
 
+async def test_for_a_wanted_probability_the_line_mixes_low_and_high_layers() -> None:
+    area = ((-12.0, 10.0), (12.0, 10.0), (12.0, 26.0), (-12.0, 26.0))
+    search = SearchSettings(SearchMode.CONTINUOUS, pod=0.9)
+    flight = prepare(3, None, area_enu_m=area, forest=FOREST, search=search, errors=EXACT)
+    async with flying(flight) as run:
+        await flight.until(lambda: flight.mission.phase is Phase.SCAN)
+        vehicles = flight.view.snapshot().vehicles
+        await flight.commands.act(Action.RETURN, None)
+        await run
+    places = [(one.position_enu_m[0], one.layer_height_m) for one in vehicles if one.position_enu_m is not None]
+    assert [layer_m for _, layer_m in sorted(places)][1] == 40.0, "the highest one is in the middle"
+
+
 async def test_gaps_are_flown_again_until_what_is_wanted_is_reached(tmp_path: Path) -> None:
     flight = continuous(0.97, ground=GroundPlace(ThreadWorker(), tmp_path / "ground"))
     async with flying(flight) as run:

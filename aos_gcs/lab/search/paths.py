@@ -62,6 +62,8 @@ def flown_plan(plan: MissionPlan, method: Method) -> MissionPlan | None:
     if method in {Method.PLANNED, Method.PRIOR, Method.TWICE}:
         pattern = propose_pattern(plan, 0.0)
         return None if pattern is None else pattern.applied_to(plan)
+    # Their lines are those of missions without a wanted probability of detection.
+    plan = replace(plan, pod=None)
     if method is Method.STOPS:
         return replace(plan, search_mode=SearchMode.STOPS)
     if method is Method.SINGLE:
@@ -129,7 +131,7 @@ def _exposures(leg: ScanLeg, line: LineOfCameras, shift: float) -> tuple[FloatAr
     along, start_m = np.array(leg.direction_enu), np.array(leg.start_enu_m)
     spacing_m = float(line.aside_m[1] - line.aside_m[0]) if len(line.aside_m) > 1 else 0.0
     along_m = np.arange(shift * line.interval_m, leg.length_m + 1e-6, line.interval_m)
-    aside_m, heights_m = line.aside_m + shift * spacing_m / 2.0, line.heights_m
+    aside_m, heights_m = line.aside_m + shift * spacing_m / 2.0, line.heights_on_m(leg)
     places_m = (
         start_m + along_m[:, np.newaxis, np.newaxis] * along + aside_m[np.newaxis, :, np.newaxis] * line_axis(along)
     )

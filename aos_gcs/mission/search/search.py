@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from aos_gcs.mission.context import FlightContext, MissionContext
 from aos_gcs.mission.fleet.layers import in_layers
@@ -29,6 +30,7 @@ from aos_gcs.mission.search.step_work import StepWork
 from aos_gcs.mission.search.strength import SwarmStrength
 from aos_gcs.mission.search.targets.findings import Findings
 from aos_gcs.planning.legs import ScanLeg, leg_formation, scan_legs
+from aos_gcs.planning.mixed_line import mixed_formation
 from aos_gcs.planning.plan import plan_of
 from aos_gcs.ports import Capture, Severity
 
@@ -131,7 +133,7 @@ class Search:
             progress.plan(await self._plan_legs(swarm))
         leg = progress.remaining_leg
         context.journal.set_message(f"Forming the line for leg {progress.leg + 1} of {len(progress.legs)}.")
-        places_enu_m = leg_formation(leg, context.roster.positions_enu_m(swarm)[:, :2], self.decider.line_spacing_m)
+        places_enu_m = self._formation(leg, swarm)
         late = await context.flight.transfer(
             in_layers(swarm, places_enu_m, context.roster.layers.known_surface()), frozenset({Task.SWARM})
         )
@@ -142,6 +144,15 @@ class Search:
         self.decider.begin_line(leg)
         self._work.log.note_line(leg)
         return Phase.SCAN
+
+    def _formation(self, leg: ScanLeg, swarm: list[Member]) -> NDArray[np.float64]:
+        """Return the places of the line at the start of a leg; where a probability is wanted its layers are mixed."""
+        positions_enu_m = self._context.roster.positions_enu_m(swarm)[:, :2]
+        layers_m = [one.layer_height_m for one in swarm if one.layer_height_m is not None]
+        wants_views = self._context.settings.search.pod is not None and not self.decider.choice.is_look_leg
+        if wants_views and len(layers_m) == len(swarm):
+            return mixed_formation(leg, positions_enu_m, layers_m, self.decider.line_spacing_m)
+        return leg_formation(leg, positions_enu_m, self.decider.line_spacing_m)
 
     async def _plan_legs(self, swarm: list[Member]) -> tuple[ScanLeg, ...]:
         """Plan the legs for the vehicles that fly, those first by which the person is likely to be noticed soonest."""
