@@ -50,8 +50,8 @@ _MOST_COUNTED: Final = 60_000_000
 """Exposures of places that are counted for one proposal at most; what has been found by then is proposed."""
 _MOST_OF_A_PATTERN: Final = 10_000_000
 """Exposures of places of a pattern with more of which it is not tried."""
-_STEPS: Final = 7
-"""Halvings of the range of speeds."""
+_PER_MPS: Final = 10
+"""Speeds per metre per second that are compared: more are nothing that operators would set."""
 _LEAST_HEIGHT_M: Final = 1.0
 """Height above the ground that widths of view are computed for at least."""
 _WIDEST_VIEW: Final = 0.95
@@ -198,14 +198,14 @@ def _at_greatest_speed(
 
     if detection(fastest_mps) >= pod:
         speed_mps = fastest_mps
-    elif detection(min(SLOWEST_MPS, fastest_mps)) < pod:
-        return None
     else:
-        low_mps, high_mps = SLOWEST_MPS, fastest_mps
-        for _ in range(_STEPS):
-            middle_mps = math.sqrt(low_mps * high_mps)
-            low_mps, high_mps = (middle_mps, high_mps) if detection(middle_mps) >= pod else (low_mps, middle_mps)
-        speed_mps = max(SLOWEST_MPS, math.floor(10.0 * low_mps) / 10.0)
+        slowest_mps = min(SLOWEST_MPS, fastest_mps)
+        tenths = range(math.floor(_PER_MPS * slowest_mps) + 1, math.ceil(_PER_MPS * fastest_mps))
+        slower_mps = [slowest_mps, *(tenth / _PER_MPS for tenth in tenths)]
+        enough = bisect_left(slower_mps, True, key=lambda mps: detection(mps) < pod)
+        if not enough:
+            return None
+        speed_mps = slower_mps[enough - 1]
     flown = replace(plan, search_speed_mps=speed_mps)
     (flight,) = estimate_flights(flown, [legs])
     if plan.line_spacing_m is None or plan.leg_spacing_m is None:

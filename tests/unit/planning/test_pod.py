@@ -86,6 +86,17 @@ def test_the_proposed_search_reaches_what_is_wanted_faster_than_the_line_of_clos
     assert narrow.flight_s > planned.flight_s
 
 
+def test_no_greater_speed_reaches_what_is_wanted() -> None:
+    pattern = propose_pattern(PLAN, 0.0)
+    assert pattern is not None
+    slow, fast = (
+        replace(pattern.applied_to(PLAN), search_speed_mps=pattern.search_speed_mps + more_mps) for more_mps in (0, 0.1)
+    )
+    reached = [predicted_detection(plan, planned_legs(plan, 0.0), 0.0, 600) for plan in (slow, fast)]
+    standing = [one.standing for one in reached if one is not None]
+    assert standing[0] >= 0.905 > standing[1], "what is wanted, and a margin for views at few places"
+
+
 def test_two_passes_reach_what_is_wanted_at_a_greater_speed() -> None:
     lone = replace(PLAN, vehicles=1, pod=0.8)
     one, two = propose_pattern(lone, 0.0), propose_pattern(replace(lone, passes=2), 0.0)
