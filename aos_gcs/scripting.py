@@ -26,6 +26,7 @@ from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.fleet.bounds import FlightBounds
 from aos_gcs.mission.fleet.datum import survey_ground
 from aos_gcs.mission.fleet.flight import FlightControl
+from aos_gcs.mission.fleet.homes import home_elsewhere, next_home, take_off_point_enu_m
 from aos_gcs.mission.fleet.monitor import Monitor
 from aos_gcs.mission.fleet.return_and_land import ReturnAndLand
 from aos_gcs.mission.fleet.roster import Member, Roster
@@ -42,7 +43,7 @@ from aos_gcs.mission.search.frames.sampling import Sample, sample
 from aos_gcs.planning.descents import passes, staggered
 from aos_gcs.planning.proposal import altitude_layers, propose_limits
 from aos_gcs.planning.settings import Deadlines, FlightSettings, MissionSettings, TerrainSettings
-from aos_gcs.ports import Arm, Clock, DriverContext, Fleet, Severity, Takeoff, VehicleState
+from aos_gcs.ports import Arm, Clock, Disarm, DriverContext, Fleet, Severity, Takeoff, VehicleState
 from aos_gcs.runtime.drivers import load_driver
 
 _POLL_S = 0.2
@@ -181,6 +182,10 @@ class Swarm:
         _raise_first(self._flight.vet_climbs(members))
         armed = await self._flight.command_each(members, lambda _: Arm())
         for member in self._roster.select(vehicle_id for vehicle_id, refusal in armed.items() if refusal is None):
+            if (reason := await home_elsewhere(self._clock, member)) is not None:
+                await self._flight.command(member, Disarm())
+                armed[member.vehicle_id] = Refusal(reason)
+                continue
             self._roster.assign(member, Task.SWARM)
         climbed = await self._flight.command_each(
             self._roster.members(Task.SWARM), self._takeoff, self._options.deadlines.takeoff_s
@@ -240,7 +245,7 @@ class Swarm:
             return Refusal(f"{len(members)} vehicles are heard, {expected} are to fly: name these by vehicle_ids.")
         self._roster.choose(member.vehicle_id for member in members)
         if self._roster.frame is None:
-            home = members[0].state.home
+            home = next_home(members[0].state)
             if home is None:
                 return Refusal(f"vehicle {members[0].vehicle_id} has no home position yet; wait for its GPS.")
             self._roster.frame = LocalFrame(home)
@@ -257,8 +262,8 @@ class Swarm:
         layers_m = altitude_layers(len(members), flight.lowest_layer_m, flight.layer_spacing_m)
         roster.ground = survey_ground([member.state for member in members])
         roster.settle_altitudes()
-        homes_enu_m = [home_m for member in members if (home_m := roster.launch_point_enu_m(member)) is not None]
-        self._bounds.set(propose_limits(self._settings, homes_enu_m))
+        homes_enu_m = [home_m for member in members if (home_m := take_off_point_enu_m(roster, member)) is not None]
+        self._flight.limits = propose_limits(self._settings, homes_enu_m)
         clearance_m = self._flight.clearance_m(members)
         is_past = passes(self._settings.area_enu_m, np.array(homes_enu_m)[:, :2], clearance_m)
         roster.assign_layers(roster.chosen(), homes_enu_m, staggered(is_past, layers_m))

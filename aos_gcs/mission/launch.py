@@ -15,6 +15,7 @@ from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.mission.auto_start import AutoStart
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.fleet.datum import survey_ground
+from aos_gcs.mission.fleet.homes import home_elsewhere, next_home, take_off_point_enu_m
 from aos_gcs.mission.fleet.roster import Member
 from aos_gcs.mission.handler_watch import sign_of_life
 from aos_gcs.mission.model.checks import PreflightCheck
@@ -138,8 +139,10 @@ class Launch:
             await context.clock.sleep(_ARM_AGAIN_S)
             refusals |= await context.flight.command_each(refused, lambda _: Arm())
         # Those armed before an interruption, too: their motors run.
-        for member in cleared:
-            if member.task is Task.IDLE and refusals.get(member.vehicle_id) is None:
+        armed = [m for m in cleared if m.task is Task.IDLE and refusals.get(m.vehicle_id) is None]
+        kept_down = await self._with_home_elsewhere(armed)
+        for member in armed:
+            if member not in kept_down:
                 context.roster.assign(member, Task.SWARM)
         swarm = context.roster.members(Task.SWARM)
         fewest = context.settings.fewest_vehicles
@@ -147,6 +150,17 @@ class Launch:
             await context.flight.command_each(swarm, lambda _: Disarm())
             raise MissionFailedError(f"Only {len(swarm)} vehicles armed; the mission needs at least {fewest}.")
         return Phase.TAKEOFF
+
+    async def _with_home_elsewhere(self, armed: list[Member]) -> list[Member]:
+        """Return the members whose autopilots would return elsewhere than to where they stand; stop their motors."""
+        context = self._context
+        reasons = await asyncio.gather(*(home_elsewhere(context.clock, member) for member in armed))
+        found = [member for member, reason in zip(armed, reasons, strict=True) if reason is not None]
+        for member, reason in zip(armed, reasons, strict=True):
+            if reason is not None:
+                context.journal.notice(Severity.WARNING, f"stays on the ground: {reason}", member.vehicle_id)
+        await context.flight.command_each(found, lambda _: Disarm())
+        return found
 
     def _cleared(self, members: list[Member]) -> list[Member]:
         """Return the members that may climb to their layers; report why the others on the ground stay there."""
@@ -240,7 +254,7 @@ class Launch:
         if roster.frame is not None:
             return
         if origin is None and (members := self._chosen_or_all()):
-            origin = members[0].state.home
+            origin = next_home(members[0].state)
         if origin is not None:
             roster.frame = LocalFrame(origin)
 
@@ -252,7 +266,7 @@ class Launch:
             return
         former = roster.ground
         roster.ground = survey_ground([member.state for member in members])
-        found_enu_m = [roster.launch_point_enu_m(member) for member in members]
+        found_enu_m = [take_off_point_enu_m(roster, member) for member in members]
         homes_enu_m = [home_enu_m for home_enu_m in found_enu_m if home_enu_m is not None]
         is_planned = self._is_planned(members, homes_enu_m) and self._spares == len(self._spare_homes_enu_m())
         if roster.ground is None or len(homes_enu_m) < len(members) or is_planned:

@@ -10,7 +10,7 @@ import numpy as np
 from aos_gcs.airspace.accuracy import beside_errors_m
 from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.mission.fleet.accuracies import accuracy_of
-from aos_gcs.mission.fleet.condition import MAX_BATTERY_AGE_S
+from aos_gcs.mission.fleet.homes import home_away_m
 from aos_gcs.mission.fleet.roster import Member, Roster
 from aos_gcs.mission.model.checks import PreflightCheck
 from aos_gcs.mission.preflight import checks
@@ -171,6 +171,9 @@ def _check_position(member: Member) -> PreflightCheck:
 def _check_home(member: Member) -> PreflightCheck:
     if member.state.home is None:
         return checks.failed(member.vehicle_id, checks.HOME, "not set", "wait for the position estimate")
+    if (away_m := home_away_m(member.state)) is not None:
+        remedy = "the vehicle stays on the ground unless arming moves its home here: restart it where it stands"
+        return checks.warned(member.vehicle_id, checks.HOME, f"{away_m:.0f} m from where it stands", remedy)
     return checks.passed(member.vehicle_id, checks.HOME, "set")
 
 

@@ -30,7 +30,6 @@ from aos_drivers.vehicle.timesync import ClockEstimator
 from aos_drivers.vehicle.transaction import CommandTransaction
 from aos_gcs.ports import ComponentLink, FlightMode, LinkQuality, Notice, Severity, VehicleState
 
-_HOME_PAUSE_S = 3.0
 _PAUSE_S = 2.0
 _ATTEMPTS = 8
 _SNAPSHOT_LIFE_S = 0.05
@@ -213,8 +212,7 @@ class VehicleRecord:
 
     def request_version(self) -> None:
         """Request version and identity of the board."""
-        message_id = mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION
-        self.requests.want(self.target.component_id, message_id, _PAUSE_S, _ATTEMPTS)
+        self.requests.want(self.target.component_id, mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION, _PAUSE_S, _ATTEMPTS)
 
     def take_heartbeat(self, heartbeat: mavlink.MAVLink_heartbeat_message, now_s: float) -> None:
         """Update mode, motors and control from a heartbeat of the autopilot, unless it is the only one of a landing."""
@@ -239,6 +237,8 @@ class VehicleRecord:
             comes_down=telemetry.mode in _COMING_DOWN,
             reports_targets=telemetry.mode in autopilot.modes_with_target,
         )
+        if is_armed and not was_armed:  # it moves its home then, and may report that only once
+            self._request_home()
         if self.control.misses_target:  # unless another station has changed the rates, it has none
             message_id = mavlink.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED
             self.requests.want(self.target.component_id, message_id, 1.0, _ATTEMPTS)
@@ -385,9 +385,11 @@ class VehicleRecord:
         )
 
     def _request_facts(self) -> None:
-        component_id = self.target.component_id
-        self.requests.want(component_id, mavlink.MAVLINK_MSG_ID_HOME_POSITION, _HOME_PAUSE_S, math.inf)
+        self._request_home()
         self.request_version()
+
+    def _request_home(self) -> None:
+        self.requests.want(self.target.component_id, mavlink.MAVLINK_MSG_ID_HOME_POSITION, _PAUSE_S, math.inf)
 
 
 def component_name(component_id: int) -> str:

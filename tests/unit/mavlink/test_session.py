@@ -7,7 +7,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.links.address import PeerAddress
 from aos_gcs.ports import FlightMode, LandedState, Severity
-from tests.fakes.mavlink_session import new_session, notices
+from tests.fakes.mavlink_session import new_session, notices, requested
 from tests.fakes.mavlink_vehicle import HOME, Encoder, FakeVehicle
 
 A = PeerAddress(0, "10.0.0.1", 5001)
@@ -54,6 +54,19 @@ def test_telemetry_becomes_state_in_our_frames_and_units() -> None:
     assert (state.battery_fraction, state.battery_voltage_v) == (0.83, 15.8)
     assert (state.gps_fix, state.satellites) == (3, 14)
     assert state.landed is LandedState.ON_GROUND
+
+
+def test_home_is_asked_for_again_once_it_is_armed() -> None:
+    """Autopilots move it then, and ArduCopter reports it once: on a radio that may be lost."""
+    session, vehicle, asked = new_session(), FakeVehicle(), []
+    for now_s, armed in ((1.0, False), (2.0, True), (3.0, True)):
+        vehicle.armed = armed
+        session.feed(vehicle.telemetry() if not armed else vehicle.heartbeat(), A, now_s)
+        session.poll(now_s)
+        messages = requested(session.take_outgoing(), mavlink.MAV_CMD_REQUEST_MESSAGE)
+        asked.append(mavlink.MAVLINK_MSG_ID_HOME_POSITION in messages)
+        session.feed(vehicle.home(), A, now_s + 0.1)
+    assert asked == [False, True, False]
 
 
 def test_height_is_unknown_before_home_is() -> None:

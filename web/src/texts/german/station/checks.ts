@@ -36,6 +36,11 @@ export const checks: readonly StationText[] = [
   ["alone", "allein"],
   ["open", "frei"],
   ["not set", "nicht gesetzt"],
+  ["{distance} m from where it stands", "{distance} m von ihrem Standort"],
+  [
+    "the vehicle stays on the ground unless arming moves its home here: restart it where it stands",
+    "die Drohne bleibt am Boden, wenn ihr Startpunkt beim Motorstart nicht hierher verlegt wird: an ihrem Standort neu starten",
+  ],
   ["not reported, {fix}", "nicht gemeldet, {fix}"],
   ["restart it where the sky is open", "unter freiem Himmel neu starten"],
   ["as planned, {limits}: {effect}", "wie geplant, {limits}: {effect}"],

@@ -145,6 +145,10 @@ export const refusals: readonly StationText[] = [
     "ihr Autopilot hat seinen Startpunkt {distance} m von ihrem Standort. Erneut einreihen",
   ],
   [
+    "its autopilot has its home {distance} m from where it stands, and would return there. Restart it where it stands",
+    "ihr Autopilot hat seinen Startpunkt {distance} m von ihrem Standort und würde dorthin zurückkehren. An ihrem Standort neu starten",
+  ],
+  [
     "its autopilot has moved its home by {height} m in height. Join it again",
     "ihr Autopilot hat die Höhe seines Startpunkts um {height} m geändert. Erneut einreihen",
   ],
