@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import CommandError, CommandRefusedError
 from aos_gcs.geometry.geodesy import LocalFrame
+from aos_gcs.mission.fleet.homes import next_home
 from aos_gcs.ports import (
     Arm,
     Clock,
@@ -67,7 +68,7 @@ class Bench:
     vehicle: Vehicle
     clock: Clock
     frame: LocalFrame
-    """Local frame about the vehicle's home."""
+    """Local frame about the home that the vehicle will have once it is armed."""
 
     def after(self, duration_s: float) -> float:
         """Return the deadline so many seconds from now."""
@@ -96,8 +97,9 @@ async def open_bench(driver: str, autopilot: str) -> AsyncIterator[Bench]:
         await until(clock, lambda: any(v.state.ready_to_arm for v in fleet.vehicles().values()), 180.0)
         vehicle = next(v for v in fleet.vehicles().values() if v.state.ready_to_arm)
         assert vehicle.state.autopilot == autopilot
-        assert vehicle.state.home is not None
-        yield Bench(vehicle, clock, LocalFrame(vehicle.state.home))
+        home = next_home(vehicle.state)  # the flight before may have ended far from where it began
+        assert home is not None
+        yield Bench(vehicle, clock, LocalFrame(home))
 
 
 everywhere = pytest.mark.parametrize(

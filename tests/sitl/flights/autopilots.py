@@ -21,6 +21,8 @@ HERE = Path(__file__).resolve().parent
 LATITUDE_DEG, LONGITUDE_DEG, ALTITUDE_AMSL_M = 48.3, 14.3, 260.0
 PLACES_DEG = (14.29989, 14.30000, 14.30011, 14.30022)
 """Longitudes of the launch points, 8 m apart; the last one is for a vehicle too many."""
+M_PER_DEG = 111_195.0
+"""Metres per degree of latitude."""
 STOP_S = 5.0
 COPTER_LOITER = 5
 """ArduCopter's mode of a pilot who flies by the sticks."""
@@ -57,6 +59,8 @@ class ArduCopter:
     """Address to which all instances send."""
     api_port: int = 8098
     layer_spacing_m: float = 3.5
+    measures_ground: bool = True
+    """Whether its receivers report an RTK fix, from which the station knows the height of the ground below each."""
 
     def camera_links(self, count: int) -> list[str]:
         """Return the second port of each instance."""
@@ -74,10 +78,16 @@ class ArduCopter:
 
     def take_over(self, instance: int) -> None:
         """Select the mode LOITER on the third port of an instance."""
-        mode = mavlink.MAVLink_set_mode_message(instance + 1, mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED, COPTER_LOITER)
+        self.tell(
+            instance,
+            mavlink.MAVLink_set_mode_message(instance + 1, mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED, COPTER_LOITER),
+        )
+
+    def tell(self, instance: int, message: mavlink.MAVLink_message) -> None:
+        """Send a message of another station to an instance, several times."""
         with socket.create_connection(("127.0.0.1", 5763 + 10 * instance), timeout=5.0) as link:
             for _ in range(5):
-                link.sendall(mode.pack(mavlink.MAVLink(None, *ANOTHER_STATION)))
+                link.sendall(message.pack(mavlink.MAVLink(None, *ANOTHER_STATION)))
                 time.sleep(0.2)
 
 
@@ -90,6 +100,7 @@ class Px4:
     station_link: str = "udpin://127.0.0.1:14550"
     api_port: int = 8099
     layer_spacing_m: float = 8.0
+    measures_ground: bool = False
 
     def camera_links(self, count: int) -> list[str]:
         """Return the port that each instance sends to for a companion computer."""
@@ -118,8 +129,12 @@ class Px4:
             *(instance + 1, 1, mavlink.MAV_FRAME_GLOBAL, mavlink.MAV_CMD_DO_REPOSITION, 0, 0),
             *(-1.0, float(mavlink.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE), 0.0, math.nan, NOWHERE, NOWHERE, math.nan),
         )
+        self.tell(instance, stop)
+
+    def tell(self, instance: int, message: mavlink.MAVLink_message) -> None:
+        """Send a message of another station to an instance."""
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as link:
-            link.sendto(stop.pack(mavlink.MAVLink(None, *ANOTHER_STATION)), ("127.0.0.1", 18570 + instance))
+            link.sendto(message.pack(mavlink.MAVLink(None, *ANOTHER_STATION)), ("127.0.0.1", 18570 + instance))
 
 
 Kind: TypeAlias = ArduCopter | Px4
@@ -172,6 +187,15 @@ class Autopilots:
     def take_over(self, instance: int) -> None:
         """Fly an instance as a pilot or another station does, by its own way of letting them."""
         self.kind.take_over(instance)
+
+    def set_home(self, instance: int, east_m: float) -> None:
+        """Set the home of an instance so far east of where it was started, as another station does."""
+        longitude_deg = PLACES_DEG[instance] + east_m / (M_PER_DEG * math.cos(math.radians(LATITUDE_DEG)))
+        home = mavlink.MAVLink_command_int_message(
+            *(instance + 1, 1, mavlink.MAV_FRAME_GLOBAL, mavlink.MAV_CMD_DO_SET_HOME, 0, 0),
+            *(0.0, 0.0, 0.0, math.nan, round(LATITUDE_DEG * 1e7), round(longitude_deg * 1e7), ALTITUDE_AMSL_M),
+        )
+        self.kind.tell(instance, home)
 
     def dead(self) -> list[int]:
         """Return the instances that have ended by themselves."""

@@ -8,11 +8,12 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from tests.sitl.flights.autopilots import ALTITUDE_AMSL_M, LATITUDE_DEG, LONGITUDE_DEG, Autopilots, Offsets
+from tests.sitl.flights.orders import held_and_returned, home_kept_elsewhere, put_down_and_joined
 from tests.sitl.flights.station import (
     FLOOR_M,
     VEHICLES,
@@ -23,12 +24,22 @@ from tests.sitl.flights.station import (
     describe,
     failures,
 )
+from tests.sitl.flights.steps import (
+    AREA_ENU_M,
+    FLIGHT_S,
+    FOREST,
+    LAUNCH_S,
+    SEARCH,
+    State,
+    start_all,
+    to_the_end,
+    vehicle,
+    wait_for_the_search,
+    wait_for_the_sweep,
+)
 
-State: TypeAlias = dict[str, Any]
 Scenario: TypeAlias = Callable[[Autopilots, Station], str]
 
-LAUNCH_S = 300.0
-FLIGHT_S = 600.0
 SPOOFING_S = 20.0
 SPOOFED_PER_S = 20.0
 RECEIVER_OFFSET_M = 6.0
@@ -41,13 +52,6 @@ LEFT_ALONE_S = 10.0
 SEARCHED = ("searched", "MISSION", "--json", "--raster", "pod.tif", "--gaps", "gaps.geojson")
 INSPECTED = ("inspect", "MISSION", "--truth", "world.json", "--truth-report", "report.json")
 """What is asked about the mission's folder afterwards."""
-FOREST = """
-[forest]
-canopy_height_m = 18.0
-crown_base_m = 5.0
-"""
-AREA_ENU_M = ((-30.0, 25.0), (30.0, 25.0), (30.0, 105.0), (-30.0, 105.0))
-SEARCH = Setting(area_enu_m=AREA_ENU_M, world=("--seed", "3"), tables=FOREST)
 DISTRACTED = Setting(area_enu_m=AREA_ENU_M, world=("--seed", "5", "--animals", "1", "--stones", "2"), tables=FOREST)
 LEFT = "Left for later: "
 LOOKED = "Close look started (left for later before): "
@@ -57,34 +61,34 @@ RELIEF = Setting(area_enu_m=AREA_ENU_M, world=("--seed", "4"), terrain="hills")
 
 def whole_mission(autopilots: Autopilots, station: Station) -> str:
     """Nothing goes wrong."""
-    _start(autopilots)
+    start_all(autopilots)
     with station:
-        return _to_the_end(station)
+        return to_the_end(station)
 
 
 def killed_and_taken_up(autopilots: Autopilots, station: Station) -> str:
     """The service is killed in a sweep, and started again at once."""
     station.setting = SEARCH
-    _start(autopilots)
+    start_all(autopilots)
     with station:
-        _wait_for_the_sweep(station)
+        wait_for_the_sweep(station)
         taken_up, refused = _kill_and_resume(station)
         if refused:
             station.wait_for("landing", all_down, FLIGHT_S)
             return f"{taken_up}, not resumed ({refused}), all landed by themselves"
-        return f"{taken_up}, resumed, {_to_the_end(station)}"
+        return f"{taken_up}, resumed, {to_the_end(station)}"
 
 
 def looked_at_later(autopilots: Autopilots, station: Station) -> str:
     """Animals and stones are about; the service is killed once it has left one for later, and started again."""
     station.setting = DISTRACTED
-    _start(autopilots)
+    start_all(autopilots)
     with station:
         station.wait_for("something left for later", lambda _: bool(station.said(LEFT)), LAUNCH_S)
         taken_up, refused = _kill_and_resume(station)
         if refused:
             raise FlightError(f"{taken_up}, not resumed ({refused})")
-        text = _to_the_end(station)
+        text = to_the_end(station)
     if not (looked := station.said(LOOKED)):
         raise FlightError(f"{taken_up}, resumed, what was left for later was not looked at: {text}")
     return f"{taken_up}, resumed, {len(looked)} of {len(station.said(LEFT))} left for later looked at, {text}"
@@ -93,10 +97,10 @@ def looked_at_later(autopilots: Autopilots, station: Station) -> str:
 def searched(autopilots: Autopilots, station: Station) -> str:
     """A larger area is searched in flight, with a map of the probability of detection."""
     station.setting = SEARCH
-    _start(autopilots)
+    start_all(autopilots)
     with station:
-        _wait_for_the_sweep(station)
-        text = _to_the_end(station)
+        wait_for_the_sweep(station)
+        text = to_the_end(station)
     figures = json.loads(station.ask("searched.log", *SEARCHED))
     station.ask("inspect.log", *INSPECTED)
     detection = ", ".join(f"{posture} {share:.2f}" for posture, share in figures["detection"].items())
@@ -107,11 +111,11 @@ def searched(autopilots: Autopilots, station: Station) -> str:
 def over_relief(autopilots: Autopilots, station: Station) -> str:
     """Hills below layers that follow the ground."""
     station.setting = RELIEF
-    _start(autopilots)
+    start_all(autopilots)
     try:
         with station:
-            _wait_for_the_sweep(station)
-            text = _to_the_end(station)
+            wait_for_the_sweep(station)
+            text = to_the_end(station)
     except FlightError as error:
         lowest_m = station.truth("min_height_above_ground_m")
         raise FlightError(f"{error}; least height above ground: {lowest_m} m") from error
@@ -124,28 +128,28 @@ def over_relief(autopilots: Autopilots, station: Station) -> str:
 def taken_over(autopilots: Autopilots, station: Station) -> str:
     """The second vehicle is taken over in a sweep, left alone for 15 s, and given back by its pilot."""
     station.setting = SEARCH
-    _start(autopilots)
+    start_all(autopilots)
     with station:
-        step = _wait_for_the_sweep(station)["step"]
+        step = wait_for_the_sweep(station)["step"]
         autopilots.take_over(TAKEN_OVER - 1)
-        state = station.wait_for("take-over", lambda state: _vehicle(state)["task"] == "held", 15.0)
-        mode, told_step = _vehicle(state)["mode_name"], state["step"]
+        state = station.wait_for("take-over", lambda state: vehicle(state, TAKEN_OVER)["task"] == "held", 15.0)
+        mode, told_step = vehicle(state, TAKEN_OVER)["mode_name"], state["step"]
         time.sleep(LEFT_ALONE_S)
         state = station.wait_for("an answer", lambda _: True, 30.0)
-        if _vehicle(state)["task"] != "held" or _vehicle(state)["mode_name"] != mode:
+        if vehicle(state, TAKEN_OVER)["task"] != "held" or vehicle(state, TAKEN_OVER)["mode_name"] != mode:
             raise FlightError(f"not left alone: {describe(state)}")
         others = f"the others went on from step {step} by {told_step} to {state['step']}"
         if refused := station.act("resume", TAKEN_OVER):
             raise FlightError(f"not given back: {'; '.join(refused)}")
-        station.wait_for("return to the swarm", lambda state: _vehicle(state)["task"] == "swarm", 60.0)
-        return f"left alone in {mode} for {LEFT_ALONE_S:.0f} s, {others}, given back; {_to_the_end(station)}"
+        station.wait_for("return to the swarm", lambda state: vehicle(state, TAKEN_OVER)["task"] == "swarm", 60.0)
+        return f"left alone in {mode} for {LEFT_ALONE_S:.0f} s, {others}, given back; {to_the_end(station)}"
 
 
 def spoofed(autopilots: Autopilots, station: Station) -> str:
     """Another program on the station's machine speaks for all vehicles: disarmed, on the ground, somewhere else."""
-    _start(autopilots)
+    start_all(autopilots)
     with station:
-        _wait_for_the_search(station)
+        wait_for_the_search(station)
         believed = 0
         with _spoofer(station) as count:
             end_s = time.monotonic() + SPOOFING_S
@@ -158,12 +162,12 @@ def spoofed(autopilots: Autopilots, station: Station) -> str:
                 time.sleep(0.5)
         if believed:
             raise FlightError(f"a forged report was believed in {believed} of {2 * SPOOFING_S:.0f} looks")
-        return f"{count[0]} forged packets believed by nobody, {_to_the_end(station)}"
+        return f"{count[0]} forged packets believed by nobody, {to_the_end(station)}"
 
 
 def twin_on_the_ground(autopilots: Autopilots, station: Station) -> str:
     """A fourth vehicle with the first one's id is there before the launch."""
-    _start(autopilots)
+    start_all(autopilots)
     autopilots.start(system_id=1)
     with station:
         return _refused(station, "system id")
@@ -171,25 +175,25 @@ def twin_on_the_ground(autopilots: Autopilots, station: Station) -> str:
 
 def twin_in_flight(autopilots: Autopilots, station: Station) -> str:
     """A fourth vehicle with the first one's id is switched on during the search."""
-    _start(autopilots)
+    start_all(autopilots)
     with station:
-        _wait_for_the_search(station)
+        wait_for_the_search(station)
         autopilots.start(system_id=1)
-        return _to_the_end(station)
+        return to_the_end(station)
 
 
 def receiver_offset(autopilots: Autopilots, station: Station) -> str:
     """The second vehicle's receiver measures 6 m too high."""
-    _start(autopilots, {1: Offsets(receiver_m=RECEIVER_OFFSET_M)})
+    start_all(autopilots, {1: Offsets(receiver_m=RECEIVER_OFFSET_M)})
     with station:
         return _refused(station, "home altitude")
 
 
 def barometer_drift(autopilots: Autopilots, station: Station) -> str:
     """The second vehicle's barometer drifts by 5 cm/s, and with it the height that it flies."""
-    _start(autopilots, {1: Offsets(barometer_drift_mps=BAROMETER_DRIFT_MPS)})
+    start_all(autopilots, {1: Offsets(barometer_drift_mps=BAROMETER_DRIFT_MPS)})
     with station:
-        return _to_the_end(station)
+        return to_the_end(station)
 
 
 SCENARIOS: dict[str, Scenario] = {
@@ -199,6 +203,9 @@ SCENARIOS: dict[str, Scenario] = {
     "take-over": taken_over,
     "kill": killed_and_taken_up,
     "later": looked_at_later,
+    "orders": held_and_returned,
+    "join": put_down_and_joined,
+    "home": home_kept_elsewhere,
     "spoof": spoofed,
     "twin-ground": twin_on_the_ground,
     "twin-flight": twin_in_flight,
@@ -224,39 +231,6 @@ def _kill_and_resume(station: Station) -> tuple[str, str]:
     state = station.wait_for("taken up", lambda state: state["suspension"] == "held", 60.0)
     taken_up = f"taken up after {time.monotonic() - killed_s:.0f} s ({_modes(state)})"
     return taken_up, "; ".join(station.act("resume"))
-
-
-def _start(autopilots: Autopilots, offsets: dict[int, Offsets] | None = None) -> None:
-    for instance in range(VEHICLES):
-        autopilots.start(offsets=(offsets or {}).get(instance))
-
-
-def _wait_for_the_search(station: Station) -> State:
-    station.wait_for("launch", lambda state: state["phase"] not in ("connect", "preflight", "ready"), LAUNCH_S)
-    return station.wait_for("search", lambda state: state["phase"] in ("scan", "converge", "found"), LAUNCH_S)
-
-
-def _wait_for_the_sweep(station: Station) -> State:
-    """Wait until the line has flown along a leg for a few rounds of frames, without stops."""
-    _wait_for_the_search(station)
-    station.wait_for("sweep", lambda state: "searching in flight" in state["message"], LAUNCH_S)
-    time.sleep(3.0)
-    return station.wait_for("sweep", lambda state: "searching in flight" in state["message"], LAUNCH_S)
-
-
-def _vehicle(state: State) -> State:
-    return next(vehicle for vehicle in state["vehicles"] if vehicle["vehicle_id"] == TAKEN_OVER)
-
-
-def _to_the_end(station: Station) -> str:
-    """Wait for the end of the mission and return its outcome."""
-    station.wait_for("launch", lambda state: state["phase"] not in ("connect", "preflight", "ready"), LAUNCH_S)
-    state = station.wait_for("end", lambda state: state["phase"] == "done", FLIGHT_S)
-    if not all_down(state):
-        raise FlightError(f"ended with a vehicle in the air: {describe(state)}")
-    if state["outcome"] == "failed":
-        raise FlightError(state["message"])
-    return f"{state['outcome']} after {state['elapsed_s']:.0f} s: {state['message']}"
 
 
 def _refused(station: Station, check: str) -> str:

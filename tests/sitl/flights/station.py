@@ -106,6 +106,8 @@ class Station:
     """Monotonic time at which the flight is given up."""
     setting: Setting = Setting()
     """Read when the context is entered, and by :meth:`start`."""
+    by_hand: bool = False
+    """Whether an operator launches, and not the station as soon as preflight has passed."""
     _service: subprocess.Popen[bytes] | None = None
     _cameras: subprocess.Popen[bytes] | None = None
     _starts: int = 0
@@ -127,7 +129,7 @@ class Station:
         self._cameras = self._run(
             "cameras.log", "sim-camera", *links, *world, "--image-size", "256", "--errors", "none", *files
         )
-        self.start()
+        self.start(auto_start=not self.by_hand)
         return self
 
     def __exit__(self, *_: object) -> None:
