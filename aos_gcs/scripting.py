@@ -263,7 +263,7 @@ class Swarm:
         roster.ground = survey_ground([member.state for member in members])
         roster.settle_altitudes()
         homes_enu_m = [home_m for member in members if (home_m := take_off_point_enu_m(roster, member)) is not None]
-        self._flight.limits = propose_limits(self._settings, homes_enu_m)
+        self._bounds.set(propose_limits(self._settings, homes_enu_m))
         clearance_m = self._flight.clearance_m(members)
         is_past = passes(self._settings.area_enu_m, np.array(homes_enu_m)[:, :2], clearance_m)
         roster.assign_layers(roster.chosen(), homes_enu_m, staggered(is_past, layers_m))

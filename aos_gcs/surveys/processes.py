@@ -35,7 +35,7 @@ class _Memory:
         self.arena = arena
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _received, (reduction.DupFd(self.arena.fd),)  # type: ignore[attr-defined]
+        return _received, (reduction.DupFd(self.arena.fd),)
 
 
 def _received(descriptor: Any) -> _Memory:

@@ -111,19 +111,19 @@ class SharedReading:
 
     def batches(self, indices: Sequence[int]) -> Iterator[list[tuple[int, Read]]]:
         """See :class:`~aos_gcs.surveys.integration.Reading`."""
-        plan, done = self._plan, self._done
+        plan = self._plan
         for chunk, own_indices in groupby(indices, lambda index: index // plan.chunk_images):
             needed = list(own_indices)
             # The chunks before it are over, or show nothing of these tiles.
             self._note(_ADDED, chunk)
             own = {index: self._read(index) for index in needed if plan.reader(index) == self._group}
-            self._wait(lambda before=chunk - 1: bool((done[:, _ADDED] >= before).all()))
+            self._wait(_ADDED, chunk - 1)
             for index, read in own.items():
                 if len(plan.seers[index]) > 1:
                     self._lend(index, read)
             self._note(_READ, chunk + 1)
             readers = sorted({plan.reader(index) for index in needed})
-            self._wait(lambda readers=readers, chunk=chunk: bool((done[readers, _READ] > chunk).all()))
+            self._wait(_READ, chunk + 1, readers)
             yield [(index, own[index] if index in own else self._borrowed(index)) for index in needed]
         for what in (_READ, _ADDED):
             self._note(what, np.iinfo(np.int64).max)
@@ -136,9 +136,10 @@ class SharedReading:
             self._done[self._group, what] = chunks
             self._condition.notify_all()
 
-    def _wait(self, is_so: Callable[[], bool]) -> None:
+    def _wait(self, what: int, chunks: int, groups: Sequence[int] | slice = slice(None)) -> None:
+        """Wait until the processes of these groups, by default of all, have done that with so many chunks."""
         with self._condition:
-            while not is_so():
+            while not (self._done[groups, what] >= chunks).all():
                 if self._is_stopped():
                     raise StoppedError
                 self._condition.wait(_LOOK_S)

@@ -15,7 +15,7 @@ from aos_gcs.planning.legs import ScanLeg, leg_formation
 from aos_gcs.planning.mixed_line import mixed_formation, mixed_layers
 from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.planning.settings import ForestSettings
-from tests.unit.test_mission_layers import assert_apart, assert_granted, launch_points, layers_above, limits_of
+from tests.unit.mission.test_layers import assert_apart, assert_granted, launch_points, layers_above, limits_of
 
 FOREST = ForestSettings(canopy_height_m=18.0, crown_base_m=4.4, occlusion=0.84)
 SQUARE = ((-60.0, 0.0), (60.0, 0.0), (60.0, 120.0), (-60.0, 120.0))
