@@ -10,7 +10,7 @@ import pytest
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.model.vehicles import Task
-from aos_gcs.ports import Command, Goto, Hold, Land, ReturnToLaunch
+from aos_gcs.ports import Command, Goto, Hold, Land, LandedState, ReturnToLaunch
 from tests.fakes.mission_flight import Flight, flying, lose, prepare
 
 pytestmark = pytest.mark.looptime
@@ -59,6 +59,24 @@ async def test_vehicles_heard_again_after_the_end_are_led_home(phase: Phase) -> 
     assert max(from_home_m(flight, number) for number in NUMBERS) < 0.6
     vehicles = flight.fleet.members.values()
     assert not any(ReturnToLaunch() in vehicle.commands for vehicle in vehicles), "in their layers"
+
+
+async def test_it_goes_on_until_the_motors_of_the_last_vehicle_have_stopped() -> None:
+    """Autopilots stop their motors up to seconds after they report that they are on the ground."""
+    flight = prepare(4, None, area_enu_m=AREA)
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.view.steps()) == 2)
+        await lose_all(flight, 23.0)
+        await run
+        staying = asyncio.create_task(flight.mission.stay(until_landed=True))
+        let_be_heard(flight)
+        await flight.until(lambda: all(flight.task(number) is Task.LANDING for number in NUMBERS))
+        for vehicle in flight.fleet.members.values():
+            vehicle.reported_landed = LandedState.ON_GROUND
+        assert all(vehicle.armed for vehicle in flight.fleet.members.values())
+        await staying
+        shown = flight.view.snapshot().vehicles
+    assert [(vehicle.task, vehicle.telemetry.armed) for vehicle in shown] == [(Task.LANDED, False)] * 4
 
 
 async def test_a_vehicle_that_an_operator_held_before_is_left_there_and_named() -> None:

@@ -20,8 +20,13 @@ _FAREWELL_S = 5.0
 
 
 def is_any_heard_flying(roster: Roster, lost_s: float) -> bool:
-    """Return whether a vehicle that is heard flies; ``lost_s`` is the silence after which it is lost."""
-    ages_s = [roster.link_age_s(member) for member in roster.members() if member.airborne]
+    """Return whether a vehicle that is heard flies, or still runs its motors after a flight for the mission.
+
+    Args:
+        roster: the vehicles heard.
+        lost_s: silence after which a vehicle is lost.
+    """
+    ages_s = [roster.link_age_s(member) for member in roster.members() if roster.may_fly(member)]
     return any(age_s is not None and age_s <= lost_s for age_s in ages_s)
 
 

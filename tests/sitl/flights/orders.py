@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 
 from tests.sitl.flights.autopilots import Autopilots
+from tests.sitl.flights.relay import Relay
 from tests.sitl.flights.station import VEHICLES, FlightError, Station, all_down, describe, failures
 from tests.sitl.flights.steps import (
     FLIGHT_S,
@@ -22,11 +24,19 @@ ORDERED = 3
 """System id of the vehicle that is ordered alone."""
 OFTEN_ENOUGH_S = 10.0
 """Time for which vehicles have to obey a hold."""
-STILL_MPS = 0.5
+SETTLED_S = 5.0
+"""Time that a PX4 needs to hover at its place, which it reaches slowly once it has braked."""
+STILL_MPS = 1.0
+"""Speed below which a vehicle hovers: the position of PX4's simulator wanders, by 0.8 m/s at times."""
 ON_THE_WAY_S = 4.0
 """Time after which a return is held: its vehicles are on their way."""
 HOME_EAST_M = -30.0
 """Place of the home that another station sets, from the vehicle."""
+SILENCE_S = 28.0
+"""Time in which a mission whose vehicles are all silent is over; their failsafes act after 30 s."""
+HEARD_S = 30.0
+HOME_M = 3.0
+BEHIND_PORT = 14660
 AWAY = "away from their launch points"
 
 
@@ -94,6 +104,34 @@ def home_kept_elsewhere(autopilots: Autopilots, station: Station) -> str:
         return f"warned ({warned}), stayed on the ground; the others: {to_the_end(station)}"
 
 
+def silent_and_heard_again(autopilots: Autopilots, station: Station) -> str:
+    """All fall silent in a sweep for longer than the mission waits, and are heard before their failsafes act."""
+    relay = Relay(autopilots.kind.station_link, BEHIND_PORT)
+    station.setting, station.link = SEARCH, relay.station_link
+    with relay.running():
+        start_all(autopilots)
+        with station:
+            wait_for_the_sweep(station)
+            relay.fall_silent()
+            station.wait_for("end", lambda state: state["phase"] == "done", SILENCE_S)
+            ended_s = time.monotonic()
+            relay.fall_silent(silent=False)
+            state = station.wait_for(
+                "way home", lambda state: all(row["task"] == "returning" for row in state["vehicles"]), HEARD_S
+            )
+            modes = ", ".join(row["mode_name"] for row in state["vehicles"])
+            state = station.wait_for("landing", all_down, FLIGHT_S)
+            if any(_away_m(row) > HOME_M for row in state["vehicles"]):
+                raise FlightError(f"not home: {describe(state)}")
+            return f"over by silence, led home ({modes}), all landed {time.monotonic() - ended_s:.0f} s after the end"
+
+
+def _away_m(row: State) -> float:
+    """Return the distance of a vehicle from its home."""
+    position, home = row["position"], row["home"]
+    return math.hypot(position["east_m"] - home["east_m"], position["north_m"] - home["north_m"])
+
+
 def _order(station: Station, action: str, *vehicle_ids: int) -> None:
     if refused := station.act(action, *vehicle_ids):
         raise FlightError(f"{action} refused: {'; '.join(refused)}")
@@ -112,6 +150,7 @@ def _wait_until_accepted(station: Station, action: str, vehicle_id: int) -> floa
 def _stand_still(station: Station) -> None:
     """Wait until all stop, and look whether they stay."""
     station.wait_for("hold", _stands, OFTEN_ENOUGH_S)
+    time.sleep(SETTLED_S)
     end_s = time.monotonic() + OFTEN_ENOUGH_S
     while time.monotonic() < end_s:
         state = station.wait_for("an answer", lambda _: True, 30.0)

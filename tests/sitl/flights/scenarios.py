@@ -13,7 +13,12 @@ from typing import TypeAlias
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from tests.sitl.flights.autopilots import ALTITUDE_AMSL_M, LATITUDE_DEG, LONGITUDE_DEG, Autopilots, Offsets
-from tests.sitl.flights.orders import held_and_returned, home_kept_elsewhere, put_down_and_joined
+from tests.sitl.flights.orders import (
+    held_and_returned,
+    home_kept_elsewhere,
+    put_down_and_joined,
+    silent_and_heard_again,
+)
 from tests.sitl.flights.station import (
     FLOOR_M,
     VEHICLES,
@@ -53,6 +58,7 @@ SEARCHED = ("searched", "MISSION", "--json", "--raster", "pod.tif", "--gaps", "g
 INSPECTED = ("inspect", "MISSION", "--truth", "world.json", "--truth-report", "report.json")
 """What is asked about the mission's folder afterwards."""
 DISTRACTED = Setting(area_enu_m=AREA_ENU_M, world=("--seed", "5", "--animals", "1", "--stones", "2"), tables=FOREST)
+DRIFTING = Setting(overrides=("home altitude: the drift is to be found in flight",))
 LEFT = "Left for later: "
 LOOKED = "Close look started (left for later before): "
 RELIEF = Setting(area_enu_m=AREA_ENU_M, world=("--seed", "4"), terrain="hills")
@@ -190,7 +196,8 @@ def receiver_offset(autopilots: Autopilots, station: Station) -> str:
 
 
 def barometer_drift(autopilots: Autopilots, station: Station) -> str:
-    """The second vehicle's barometer drifts by 5 cm/s, and with it the height that it flies."""
+    """The second vehicle's barometer drifts by 5 cm/s, which preflight is told to ignore, and so does its height."""
+    station.setting = DRIFTING
     start_all(autopilots, {1: Offsets(barometer_drift_mps=BAROMETER_DRIFT_MPS)})
     with station:
         return to_the_end(station)
@@ -206,6 +213,7 @@ SCENARIOS: dict[str, Scenario] = {
     "orders": held_and_returned,
     "join": put_down_and_joined,
     "home": home_kept_elsewhere,
+    "silence": silent_and_heard_again,
     "spoof": spoofed,
     "twin-ground": twin_on_the_ground,
     "twin-flight": twin_in_flight,

@@ -58,13 +58,15 @@ class Setting:
     """Shape of the ground, above which the layers follow it; None: it is level."""
     tables: str = ""
     """More tables of the mission's file."""
+    overrides: tuple[str, ...] = ()
+    """Checks that fail and are overridden, each with its reason."""
 
     @property
     def preflight(self) -> str:
         """More lines of its table ``preflight``."""
-        if self.terrain is None:
-            return ""
-        return 'set_return_height = true\noverrides = ["climb of the return: simulated vehicles"]'
+        follows = () if self.terrain is None else ("climb of the return: simulated vehicles",)
+        lines = () if self.terrain is None else ("set_return_height = true",)
+        return "\n".join((*lines, f"overrides = {json.dumps([*follows, *self.overrides])}"))
 
 
 RELIEF_FILE = "ground.tif"
@@ -79,10 +81,10 @@ follow = true
 """
 
 
-def mission_file(kind: Kind, setting: Setting, *, auto_start: bool = True) -> str:
-    """Configuration of the service that flies ``setting`` with autopilots of ``kind``."""
+def mission_file(kind: Kind, setting: Setting, *, auto_start: bool = True, link: str | None = None) -> str:
+    """Configuration of the service that flies ``setting`` with autopilots of ``kind``, which it hears at ``link``."""
     return _MISSION.format(
-        link=kind.station_link,
+        link=link or kind.station_link,
         origin=ORIGIN.replace(",", ", "),
         spacing_m=kind.layer_spacing_m,
         auto_start=str(auto_start).lower(),
@@ -108,6 +110,8 @@ class Station:
     """Read when the context is entered, and by :meth:`start`."""
     by_hand: bool = False
     """Whether an operator launches, and not the station as soon as preflight has passed."""
+    link: str | None = None
+    """Where it listens; None: where the autopilots send to."""
     _service: subprocess.Popen[bytes] | None = None
     _cameras: subprocess.Popen[bytes] | None = None
     _starts: int = 0
@@ -140,7 +144,7 @@ class Station:
     def start(self, *, auto_start: bool = True) -> None:
         """Start the service."""
         self._starts += 1
-        text = mission_file(self.kind, self.setting, auto_start=auto_start)
+        text = mission_file(self.kind, self.setting, auto_start=auto_start, link=self.link)
         (self.folder / "mission.toml").write_text(text, encoding="utf-8")
         arguments = ["mission.toml", "--port", str(self.kind.api_port), "--operator-code-file", "code"]
         self._service = self._run(f"service-{self._starts}.log", "run", *arguments)
