@@ -146,6 +146,7 @@ class Detours:
 
     def _required_m(self, points_m: FloatArray) -> FloatArray:
         """Return the distances that segments from points (n, 2) must keep from the edges; infinity beyond one."""
+        """Return the distances that segments from points, shape (n, 2), keep from the edges; infinity beyond one."""
         depths_m = np.array([boundary.depths_m(points_m) for boundary in self._boundaries])
         margins_m = np.array([[boundary.margin_m] for boundary in self._boundaries])
         required_m = np.where(depths_m > 0.0, np.minimum(margins_m, depths_m), np.inf)
