@@ -1,9 +1,8 @@
 """Probability of detection: how likely a person at a place would have been noticed, by the views that the place got.
 
 The law is that of search theory, P = 1 - exp(-C) with the coverage C (Koopman, *Search and Screening*, 1946), here with
-C = (n r)^g: n independent views, each of the worth r. With g > 1 views help each other, since what several mark of a
-person adds up; with g < 1 places differ, and further views of a place that is well covered by leaves are of little use.
-r grows with the odds of seeing the ground in one image, by a power law.
+C = (n r)^g: n independent views, each of the worth r = r0 (1 - D)^s with the occlusion D, the share of the ground that
+one image does not see. As fitted s and g are 1: views are worth what they see, and neither help nor repeat each other.
 
 The numbers are fitted to simulated forests; docs/ground-map.md has the study, and how far the law errs.
 """
@@ -33,22 +32,19 @@ class Detectability:
     """Worth of views for finding a person of a posture."""
 
     worth: float
-    """Worth r of one view where half of the ground is seen."""
-    slope: float
-    """Exponent of the odds of seeing the ground in r."""
-    shape: float
-    """Exponent g of the coverage."""
+    """Worth r0 of one view where all of the ground is seen."""
+    slope: float = 1.0
+    """Exponent s of the share of the ground that is seen."""
+    shape: float = 1.0
+    """Exponent g of the coverage: above 1 what several views mark adds up, below it places differ."""
 
 
-_SLOPE: Final = 0.80
-_SHAPE: Final = 1.04
 DETECTABILITY: Final = {
-    posture: Detectability(worth, _SLOPE, _SHAPE)
-    for posture, worth in ((Posture.STANDING, 0.308), (Posture.SITTING, 0.45), (Posture.LYING, 1.20))
+    Posture.STANDING: Detectability(0.57),
+    Posture.SITTING: Detectability(0.86),
+    Posture.LYING: Detectability(2.5),
 }
 """Postures differ in the worth of a view alone."""
-_LEAST_SHARE = 1e-6
-"""Share of the ground below which none, or above its complement all, counts as seen: odds are finite."""
 
 
 def detection_by_views(occlusion: float, known: Detectability) -> NDArray[np.float64]:
@@ -58,6 +54,5 @@ def detection_by_views(occlusion: float, known: Detectability) -> NDArray[np.flo
         occlusion: share of the ground that one image does not see, 0 to 1.
         known: how well views show a person of the posture.
     """
-    share = min(max(1.0 - occlusion, _LEAST_SHARE), 1.0 - _LEAST_SHARE)
-    worth = known.worth * (share / (1.0 - share)) ** known.slope
+    worth = known.worth * (1.0 - occlusion) ** known.slope
     return np.asarray(1.0 - np.exp(-((np.arange(MAX_VIEWS + 1) * worth) ** known.shape)))

@@ -22,20 +22,18 @@ FloatArray = NDArray[np.float64]
 def mixed_layers(count: int) -> NDArray[np.int64]:
     """Return which layer each place of a line has, counted from the lowest one, shape (n,), along the line.
 
-    From both ends inwards two of the lowest and two of the highest layers that are left take turns. The lowest ones are
-    at the ends, where a high camera would look at what lies beyond the strip.
+    Every third place from either end has one of the lowest layers, the very lowest at the ends, where a high camera
+    would look at what lies beyond the strip. Between them are the others, the highest ones nearest to the ends.
 
     Args:
         count: number of places.
     """
+    inwards = sorted(range(count), key=lambda place: min(place, count - 1 - place))
+    from_end = [min(place, count - 1 - place) for place in range(count)]
+    low = [place for place in inwards if from_end[place] % 3 == 0]
+    others = [place for place in inwards if from_end[place] % 3]
     layers = np.empty(count, dtype=np.int64)
-    low, high = 0, count - 1
-    for number in range((count + 1) // 2):
-        for place in dict.fromkeys((number, count - 1 - number)):
-            if number % 2:
-                layers[place], high = high, high - 1
-            else:
-                layers[place], low = low, low + 1
+    layers[low + others[::-1]] = np.arange(count)
     return layers
 
 

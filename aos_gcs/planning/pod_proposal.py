@@ -43,6 +43,8 @@ _PLACES: Final = 600
 """Places at which views are counted while patterns are compared."""
 _MARGIN: Final = 0.005
 """Probability by which a proposal exceeds what is wanted, as views are counted at few places."""
+_KNOWN_TO: Final = 0.03
+"""Share of itself to which the worth of a view is known: by so much more coverage is planned."""
 _WORSE: Final = 3
 """Patterns in a row, each of a leg more than the one before, that are no better, after which no more are tried."""
 _MOST_LEGS: Final = 100
@@ -102,7 +104,8 @@ def propose_pattern(
         return None
     best: SearchPattern | None = None
     worse = 0
-    for pattern in _patterns(plan, _Predictions(plane_height_m, ground), min(plan.pod + _MARGIN, 1.0)):
+    pod = min(1.0 - (1.0 - plan.pod) ** (1.0 + _KNOWN_TO) + _MARGIN, 1.0)
+    for pattern in _patterns(plan, _Predictions(plane_height_m, ground), pod):
         if best is None or pattern.flight_s < best.flight_s:
             best, worse = pattern, 0
         else:

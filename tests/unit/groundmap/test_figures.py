@@ -49,11 +49,16 @@ def test_a_denser_canopy_never_makes_detection_more_likely(occlusion: float, pos
 
 
 def test_the_law_is_that_of_search_theory() -> None:
-    shares = detection_by_views(0.5, Detectability(worth=0.25, slope=1.0, shape=1.0))
+    shares = detection_by_views(0.5, Detectability(worth=0.5))
     assert shares[4] == pytest.approx(1.0 - np.exp(-1.0))
-    # At an occlusion of 0.8 the odds of seeing the ground are 1 to 4.
-    shares = detection_by_views(0.8, Detectability(worth=0.25, slope=0.5, shape=2.0))
+    shares = detection_by_views(0.75, Detectability(worth=0.25, slope=0.5, shape=2.0))
     assert shares[8] == pytest.approx(1.0 - np.exp(-1.0))
+
+
+def test_a_view_is_worth_the_share_of_the_ground_that_it_shows() -> None:
+    for posture in Posture:
+        thin, dense = (detection_by_views(one, DETECTABILITY[posture]) for one in (0.5, 0.875))
+        np.testing.assert_allclose(dense[::4], thin[: len(dense[::4])])
 
 
 def test_lying_persons_are_noticed_more_easily_from_above_than_standing_ones() -> None:

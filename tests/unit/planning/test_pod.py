@@ -94,7 +94,8 @@ def test_no_greater_speed_reaches_what_is_wanted() -> None:
     )
     reached = [predicted_detection(plan, planned_legs(plan, 0.0), 0.0, 600) for plan in (slow, fast)]
     standing = [one.standing for one in reached if one is not None]
-    assert standing[0] >= 0.905 > standing[1], "what is wanted, and a margin for views at few places"
+    # What is wanted, with 3 % more coverage, as the law is not known better, and a margin for views at few places.
+    assert standing[0] >= 1.0 - 0.1**1.03 + 0.005 > standing[1]
 
 
 def test_two_passes_reach_what_is_wanted_at_a_greater_speed() -> None:
