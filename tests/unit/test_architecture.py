@@ -237,7 +237,7 @@ ALLOWED = {
     "aos_gcs.cli.output": {"time.monotonic"},
     "aos_gcs.cli.report": {"datetime.datetime.now"},
     "aos_gcs.clock": {"time.time"},
-    "aos_gcs.mission.search.intake": {"time.perf_counter"},
+    "aos_gcs.mission.search.frames.intake": {"time.perf_counter"},
     "aos_gcs.mission.search.step_work": {"time.perf_counter"},
     "aos_gcs.runtime.mission_study": {"time.process_time"},
     "aos_gcs.runtime.service": {"datetime.datetime.now"},

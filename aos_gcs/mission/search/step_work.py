@@ -284,14 +284,7 @@ class StepWork:
         edits = () if group is Group.SCAN else self.log.take_edits()
         bounds, surface = self._context.bounds, self._context.roster.layers.known_surface()
         decision = self._decider.decide(
-            phase,
-            situation,
-            bounds.detours,
-            analysis,
-            bounds.ground,
-            surface=surface,
-            may_sweep=may_sweep,
-            group=group,
+            phase, situation, bounds.detours, analysis, bounds.ground, surface=surface, may_sweep=may_sweep, group=group
         )
         record = self.log.decision(
             self.step,

@@ -26,7 +26,7 @@ NORTH = ScanLeg((0.0, 0.0), (0.0, 1.0), 100.0)
     ("count", "layers"),
     [(1, [0]), (2, [0, 1]), (3, [0, 2, 1]), (5, [0, 4, 2, 3, 1]), (10, [0, 9, 7, 2, 5, 4, 3, 6, 8, 1])],
 )
-def test_every_third_place_has_a_low_layer_and_the_highest_are_between_those_near_the_ends(count: int, layers: list[int]) -> None:
+def test_every_third_place_has_a_low_layer_and_the_highest_are_near_the_ends(count: int, layers: list[int]) -> None:
     assert mixed_layers(count).tolist() == layers
 
 
