@@ -18,7 +18,7 @@ class Relay:
     def __init__(self, link: str, behind_port: int) -> None:
         host, port = link.removeprefix("udpin://").split(":")
         self.station_link = f"udpin://{host}:{behind_port}"
-        """Where the station listens; the autopilots send to ``link``."""
+        """Link at which the station listens; the autopilots send to ``link``."""
         self._front_address, self._station_address = (host, int(port)), (host, behind_port)
         self._is_over, self._is_silent = threading.Event(), threading.Event()
 

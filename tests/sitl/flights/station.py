@@ -111,7 +111,7 @@ class Station:
     by_hand: bool = False
     """Whether an operator launches, and not the station as soon as preflight has passed."""
     link: str | None = None
-    """Where it listens; None: where the autopilots send to."""
+    """Link at which it listens; None: that to which the autopilots send."""
     _service: subprocess.Popen[bytes] | None = None
     _cameras: subprocess.Popen[bytes] | None = None
     _starts: int = 0
