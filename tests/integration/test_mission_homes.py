@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import asyncio
+
 import numpy as np
 import pytest
 
+from aos_gcs.clock import LoopClock
+from aos_gcs.errors import MissionError
+from aos_gcs.mission.journal import Journal
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.checks import CheckStatus
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.preflight import checks
 from aos_gcs.ports import Arm, Disarm, Takeoff
-from tests.fakes.fleet import FakeVehicle
+from aos_gcs.scripting import ScriptOptions, Swarm
+from tests.fakes.fleet import FakeFleet, FakeVehicle
 from tests.fakes.mission_flight import EXACT, Flight, flying, prepare
 
 pytestmark = pytest.mark.looptime
@@ -46,11 +52,9 @@ async def test_one_that_was_carried_is_warned_of_and_returns_to_where_it_was_arm
     assert vehicle.position_enu_m() == pytest.approx(stood_enu_m, abs=0.6)
 
 
-async def test_one_whose_autopilot_keeps_its_home_elsewhere_stays_on_the_ground(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    flight = prepare(errors=EXACT)
-    vehicle = switched_on_elsewhere(flight, 2)
+@pytest.fixture
+def homes_stay(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let all vehicles keep their homes when they are armed, as those that somebody has set."""
     obey = FakeVehicle._obey
 
     def keep_home(vehicle: FakeVehicle, command: object) -> None:
@@ -60,6 +64,12 @@ async def test_one_whose_autopilot_keeps_its_home_elsewhere_stays_on_the_ground(
             vehicle.home_enu_m = home_enu_m
 
     monkeypatch.setattr(FakeVehicle, "_obey", keep_home)
+
+
+@pytest.mark.usefixtures("homes_stay")
+async def test_one_whose_autopilot_keeps_its_home_elsewhere_stays_on_the_ground() -> None:
+    flight = prepare(errors=EXACT)
+    vehicle = switched_on_elsewhere(flight, 2)
     async with flying(flight) as run:
         await flight.until(lambda: len(flight.view.steps()) == 1)
         assert [type(one) for one in vehicle.commands] == [Arm, Disarm]
@@ -68,3 +78,19 @@ async def test_one_whose_autopilot_keeps_its_home_elsewhere_stays_on_the_ground(
         assert any(isinstance(one, Takeoff) for one in flight.fleet.members[1].commands)
         await flight.commands.act(Action.RETURN, None)
         await run
+
+
+@pytest.mark.usefixtures("homes_stay")
+async def test_a_script_does_not_take_off_with_it_either() -> None:
+    clock = LoopClock()
+    fleet = FakeFleet(clock, 2, None, EXACT)
+    area_enu_m = ((-20.0, 0.0), (20.0, 0.0), (20.0, 60.0), (-20.0, 60.0))
+    swarm = Swarm(fleet, clock, Journal(clock), ScriptOptions(vehicles=2, area_enu_m=area_enu_m))
+    vehicle = fleet.members[2]
+    vehicle.home_enu_m = vehicle.home_enu_m + np.array(ELSEWHERE)
+    watching = asyncio.create_task(swarm.watch())
+    await swarm.get_ready()
+    with pytest.raises(MissionError, match=r"its autopilot has its home 30\.0 m from where it stands"):
+        await swarm.take_off()
+    watching.cancel()
+    assert [type(one) for one in vehicle.commands] == [Arm, Disarm]
