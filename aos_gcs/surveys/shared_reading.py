@@ -8,7 +8,7 @@ processes cannot wait for each other in a circle.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import Any
@@ -118,12 +118,14 @@ class SharedReading:
             self._note(_ADDED, chunk)
             own = {index: self._read(index) for index in needed if plan.reader(index) == self._group}
             self._wait(_ADDED, chunk - 1)
+            self._wait(_ADDED, range(plan.groups), chunk - 1)
             for index, read in own.items():
                 if len(plan.seers[index]) > 1:
                     self._lend(index, read)
             self._note(_READ, chunk + 1)
             readers = sorted({plan.reader(index) for index in needed})
             self._wait(_READ, chunk + 1, readers)
+            self._wait(_READ, {plan.reader(index) for index in needed}, chunk + 1)
             yield [(index, own[index] if index in own else self._borrowed(index)) for index in needed]
         for what in (_READ, _ADDED):
             self._note(what, np.iinfo(np.int64).max)
@@ -140,6 +142,10 @@ class SharedReading:
         """Wait until the processes of these groups, by default of all, have done that with so many chunks."""
         with self._condition:
             while not (self._done[groups, what] >= chunks).all():
+    def _wait(self, what: int, groups: Iterable[int], chunks: int) -> None:
+        """Wait until the processes of these groups have done so many chunks."""
+        with self._condition:
+            while min(int(self._done[group, what]) for group in groups) < chunks:
                 if self._is_stopped():
                     raise StoppedError
                 self._condition.wait(_LOOK_S)
