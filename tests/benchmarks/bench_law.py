@@ -1,7 +1,7 @@
 """What the law of detection says of planned flights by rays, and the worth of a view that fits them best.
 
-    python tests/benchmarks/bench_law.py --density 300 --seed 714000 --places 131 --hectares 16 --wanted 0.45,0.75,0.9
-    python tests/benchmarks/bench_law.py --density 500 --seed 731042 --places 38 --postures standing,sitting,lying
+    python tests/benchmarks/bench_law.py --density 300 --seed 714131 --places 29 --hectares 16 --wanted 0.45,0.75,0.9
+    python tests/benchmarks/bench_law.py --density 500 --seed 731042 --places 39 --postures standing,sitting,lying
 
 The flights of ``aos-gcs lab search`` by one, three and ten vehicles for several wanted probabilities past persons in
 the same place, four of whom are drawn for each posture: persons differ in how much the detector marks of them. Growing
