@@ -117,14 +117,11 @@ class SharedReading:
             # The chunks before it are over, or show nothing of these tiles.
             self._note(_ADDED, chunk)
             own = {index: self._read(index) for index in needed if plan.reader(index) == self._group}
-            self._wait(_ADDED, chunk - 1)
             self._wait(_ADDED, range(plan.groups), chunk - 1)
             for index, read in own.items():
                 if len(plan.seers[index]) > 1:
                     self._lend(index, read)
             self._note(_READ, chunk + 1)
-            readers = sorted({plan.reader(index) for index in needed})
-            self._wait(_READ, chunk + 1, readers)
             self._wait(_READ, {plan.reader(index) for index in needed}, chunk + 1)
             yield [(index, own[index] if index in own else self._borrowed(index)) for index in needed]
         for what in (_READ, _ADDED):
@@ -138,10 +135,6 @@ class SharedReading:
             self._done[self._group, what] = chunks
             self._condition.notify_all()
 
-    def _wait(self, what: int, chunks: int, groups: Sequence[int] | slice = slice(None)) -> None:
-        """Wait until the processes of these groups, by default of all, have done that with so many chunks."""
-        with self._condition:
-            while not (self._done[groups, what] >= chunks).all():
     def _wait(self, what: int, groups: Iterable[int], chunks: int) -> None:
         """Wait until the processes of these groups have done so many chunks."""
         with self._condition:

@@ -47,7 +47,6 @@ class WithoutPattern:
 
 
 def without_pattern(frames: Iterable[Frame], separation_m: float) -> Iterable[Frame]:
-    """Return the frames without what they share at equal pixels; as they are where that is no more than chance.
     """Return the frames without what all have at equal pixels; as they are where that is no more than chance.
 
     Args:
