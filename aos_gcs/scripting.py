@@ -182,9 +182,9 @@ class Swarm:
         _raise_first(self._flight.vet_climbs(members))
         armed = await self._flight.command_each(members, lambda _: Arm())
         for member in self._roster.select(vehicle_id for vehicle_id, refusal in armed.items() if refusal is None):
-            if (reason := await home_elsewhere(self._clock, member)) is not None:
+            if (refusal := await home_elsewhere(self._clock, member)) is not None:
                 await self._flight.command(member, Disarm())
-                armed[member.vehicle_id] = Refusal(reason)
+                armed[member.vehicle_id] = refusal
                 continue
             self._roster.assign(member, Task.SWARM)
         climbed = await self._flight.command_each(

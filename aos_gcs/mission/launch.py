@@ -154,13 +154,13 @@ class Launch:
     async def _with_home_elsewhere(self, armed: list[Member]) -> list[Member]:
         """Return the members whose autopilots would return elsewhere than to where they stand; stop their motors."""
         context = self._context
-        reasons = await asyncio.gather(*(home_elsewhere(context.clock, member) for member in armed))
-        found = [member for member, reason in zip(armed, reasons, strict=True) if reason is not None]
-        for member, reason in zip(armed, reasons, strict=True):
-            if reason is not None:
-                context.journal.notice(Severity.WARNING, f"stays on the ground: {reason}", member.vehicle_id)
-        await context.flight.command_each(found, lambda _: Disarm())
-        return found
+        refusals = await asyncio.gather(*(home_elsewhere(context.clock, member) for member in armed))
+        found = [(member, refusal) for member, refusal in zip(armed, refusals, strict=True) if refusal is not None]
+        for member, refusal in found:
+            context.journal.notice(Severity.WARNING, f"stays on the ground: {refusal.text}", member.vehicle_id)
+        kept_down = [member for member, _ in found]
+        await context.flight.command_each(kept_down, lambda _: Disarm())
+        return kept_down
 
     def _cleared(self, members: list[Member]) -> list[Member]:
         """Return the members that may climb to their layers; report why the others on the ground stay there."""

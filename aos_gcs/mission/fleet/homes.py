@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.mission.fleet.datum import is_grounded, same_place_m
 from aos_gcs.mission.fleet.roster import Member, Roster
+from aos_gcs.mission.model.actions import Refusal
 from aos_gcs.ports import Clock, VehicleState
 
 _REPORTED_S = 3.0
@@ -44,12 +45,12 @@ def take_off_point_enu_m(roster: Roster, member: Member) -> NDArray[np.float64] 
     return roster.frame.to_enu(home)
 
 
-async def home_elsewhere(clock: Clock, member: Member) -> str | None:
+async def home_elsewhere(clock: Clock, member: Member) -> Refusal | None:
     """Return why a vehicle whose motors have just started must not take off: it would return elsewhere. None if not."""
     armed_at_s = clock.now_s()
     while (away_m := home_away_m(member.state)) is not None:
         if clock.now_s() - armed_at_s > _REPORTED_S:
-            return (
+            return Refusal(
                 f"its autopilot has its home {away_m:.1f} m from where it stands, and would return there. Restart it "
                 "where it stands"
             )
