@@ -119,8 +119,9 @@ def open_processes(count: int, modules: Sequence[str] = ()) -> Iterator[Processe
     try:
         with ProcessPoolExecutor(count, context, _begin, (shared, tuple(modules))) as pool:
             try:
-                # The first call starts all of them.
-                pool.submit(_begun)
+                # Each call starts one, as long as none is idle.
+                for _ in range(count):
+                    pool.submit(_begun)
                 yield Processes(pool, shared, count)
             finally:
                 shared.is_stopped.set()
