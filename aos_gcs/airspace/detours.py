@@ -145,7 +145,6 @@ class Detours:
         return np.repeat(np.array(values, dtype=np.float64), self._edge_counts)
 
     def _required_m(self, points_m: FloatArray) -> FloatArray:
-        """Return the distances that segments from points (n, 2) must keep from the edges; infinity beyond one."""
         """Return the distances that segments from points, shape (n, 2), keep from the edges; infinity beyond one."""
         depths_m = np.array([boundary.depths_m(points_m) for boundary in self._boundaries])
         margins_m = np.array([[boundary.margin_m] for boundary in self._boundaries])

@@ -59,7 +59,7 @@ async def test_each_step_is_recorded_before_its_waypoints_are_sent() -> None:
     first_step_gotos = gotos_at_flush[1]
     for step in range(1, 6):
         assert gotos_at_flush[step] == first_step_gotos + 4 * (step - 1)
-        # Nobody is told of a step before its frames are on the disk, either.
+        # No step is published before its frames are on the disk, either.
         assert steps_told[step] == step - 1
     assert {step for step, _ in flight.recorder.frames} == set(flight.recorder.steps)
 

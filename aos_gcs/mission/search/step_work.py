@@ -348,7 +348,7 @@ class StepWork:
         async with journal.with_disk_timeout(f"step {self.step}"):
             await recorder.record_step(record, self._decider.strategy_state())
             if is_recorded:
-                # Whoever is told of a step reads its frames at once.
+                # Clients read the frames of a step as soon as they are sent it.
                 await recorder.flush()
         journal.step(record)
 
