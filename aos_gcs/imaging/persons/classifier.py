@@ -5,7 +5,8 @@ at its warmest (skin, an animal's head), and how long it is. Each of three tells
 a peak as warm as skin, or a face much warmer than the blanket below; high powers let one make up for the others. The
 warmest stones are as warm as clothes, and equally warm all over: what is so, and longer than a person who stands or
 sits, is rather a stone, since a person who lies shows some face. What a single vehicle sees is no evidence, and what is
-hotter than any skin is no person. The model states how many other bodies there are for each person: the rarer persons
+hotter than any skin is no person; where cameras know the temperature of the forest, what is warmer than usual skin
+is the less probably one. The model states how many other bodies there are for each person: the rarer persons
 are, the more it takes.
 
 The weights are fitted to simulated scenes by ``aos-gcs lab fit-person`` (docs/effectiveness.md); a model for another
@@ -40,6 +41,11 @@ PERSON_ODDS = 0.25
 about four animals, stones and stumps."""
 MAX_CONTRAST_K = 40.0
 """Skin is at most 37 °C warm, and surroundings in which people are searched for seldom colder than -3 °C."""
+SKIN_C = 33.0
+"""Usual temperature of skin. The warmer something is at its warmest, the less probably it is a person: on a clear day
+stones in the sun are warmer by a few kelvin, on a warm day by ten."""
+SKIN_SIGMA_K = 2.0
+"""Standard deviation of that, with the error of a camera's own temperatures. An assumption."""
 MIN_VEHICLES = 2
 """Vehicles that must agree; one alone may see a defective pixel, or a piece of another body beside its place."""
 DAY_SIGMA_K = 2.0
@@ -86,14 +92,26 @@ def person_confidence(evidence: Evidence, model: PersonModel | None = None) -> f
 
     What follows from it is said by :func:`aos_gcs.imaging.persons.decision.decide` alone.
     It holds where there are as many persons per other warm body as the model's ``odds`` say, and is the mean over days
-    that are warmer and cooler than those that the model was fitted to.
+    that are warmer and cooler than those that the model was fitted to, times how likely skin is to be so warm.
     """
     if evidence.contrast_peak_k > MAX_CONTRAST_K or evidence.vehicles < MIN_VEHICLES:
         return 0.0
     model = default_model() if model is None else model
     standardised = (np.array([_features(evidence, day_k) for day_k in _DAYS_K]) - model.centres) / model.scales
     log_odds = standardised @ np.array(model.weights) + model.bias + math.log(model.odds)
-    return float(_DAYS_WEIGHT @ scipy.special.expit(log_odds))
+    return float(_DAYS_WEIGHT @ scipy.special.expit(log_odds)) * _may_be_skin(evidence)
+
+
+def hotter_than_skin_k(evidence: Evidence) -> float:
+    """Return by how much a body is warmer than warm skin; 0 where it is not, or where that is not known."""
+    if evidence.background_c is None:
+        return 0.0
+    return max(0.0, evidence.background_c + evidence.contrast_peak_k - SKIN_C)
+
+
+def _may_be_skin(evidence: Evidence) -> float:
+    """Return how likely skin is to be so warm, relative to skin of the usual temperature, 0 to 1."""
+    return math.exp(-0.5 * (hotter_than_skin_k(evidence) / SKIN_SIGMA_K) ** 2)
 
 
 def fit_person_model(evidence: Sequence[Evidence], is_person: Sequence[bool], odds: float = PERSON_ODDS) -> PersonModel:

@@ -18,7 +18,14 @@ from enum import StrEnum
 
 import scipy
 
-from aos_gcs.imaging.persons.classifier import MAX_CONTRAST_K, MIN_VEHICLES, PersonModel, person_confidence
+from aos_gcs.imaging.persons.classifier import (
+    MAX_CONTRAST_K,
+    MIN_VEHICLES,
+    SKIN_SIGMA_K,
+    PersonModel,
+    hotter_than_skin_k,
+    person_confidence,
+)
 from aos_gcs.imaging.persons.evidence import Evidence
 from aos_gcs.imaging.persons.form import Form
 from aos_gcs.imaging.persons.kinds import log_ratio
@@ -239,7 +246,9 @@ def _kind(evidence: Evidence, probability: float) -> FindingKind:
 
 def _reasons(evidence: Evidence) -> tuple[str, ...]:
     peak_k = evidence.contrast_peak_k
-    limit = ", hotter than any skin" if peak_k > MAX_CONTRAST_K else ""
+    hotter_k = hotter_than_skin_k(evidence)
+    limit = f", {hotter_k:.0f} K hotter than skin" if hotter_k >= SKIN_SIGMA_K else ""
+    limit = ", hotter than any skin" if peak_k > MAX_CONTRAST_K else limit
     return (
         f"{evidence.contrast_median_k:.0f} K warmer than its surroundings, {peak_k:.0f} K at its warmest{limit}",
         _seen_by(evidence),

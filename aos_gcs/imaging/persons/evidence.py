@@ -44,6 +44,8 @@ class Evidence:
     """Whether its contrasts are those that cameras see in flight: at most what they are."""
     form: Form | None = None
     """Size and pattern of warmth of the body; None where too few frames show enough of it."""
+    background_c: float | None = None
+    """Temperature of forest and ground about it, in degrees Celsius; None where it is not known."""
 
 
 NO_TEMPERATURES = Evidence(0, 0, 0.0, 0.0, 0.0, 0.0, radiometric=False)
@@ -77,7 +79,13 @@ def gather_evidence(body: Sequence[WarmView], among: Sequence[WarmView] = (), pl
         swarm=vantage_points(looking, among),
         is_smeared=not is_sharp,
         form=form_sums(body, plane_height_m).form(),
+        background_c=_background_c(body),
     )
+
+
+def _background_c(body: Sequence[WarmView]) -> float | None:
+    known_c = [view.background_c for view in body if view.background_c is not None]
+    return float(np.median(known_c)) if known_c else None
 
 
 def vantage_points(views: Sequence[WarmView], among: Sequence[WarmView]) -> int:

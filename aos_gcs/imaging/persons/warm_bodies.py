@@ -64,6 +64,8 @@ class WarmView:
     """Speed of the camera at exposure; 0 where it hovers."""
     out_of_focus: bool = False
     """Whether the camera's optics were: small spots are cooler than what they show, also sharpened."""
+    background_c: float | None = None
+    """The frame's median, in degrees Celsius, as well as the camera knows them; None without temperatures."""
 
     @property
     def area_m2(self) -> float:
@@ -119,9 +121,9 @@ def warm_view(frame: Frame, plane_height_m: float = 0.0) -> WarmView:
     if "thermal" not in frame.bands:
         raise ImagingError(f"Warm bodies need a band 'thermal', but the frame has {', '.join(frame.bands)}.")
     thermal = restored(frame.image[..., frame.bands.index("thermal")])
-    contrast_k = thermal.image - np.nanmedian(thermal.image[::_BACKGROUND_STRIDE, ::_BACKGROUND_STRIDE])
-    view = view_above(frame, contrast_k, MIN_CONTRAST_K, plane_height_m)
-    return replace(view, out_of_focus=thermal.out_of_focus)
+    background_c = np.nanmedian(thermal.image[::_BACKGROUND_STRIDE, ::_BACKGROUND_STRIDE])
+    view = view_above(frame, thermal.image - background_c, MIN_CONTRAST_K, plane_height_m)
+    return replace(view, out_of_focus=thermal.out_of_focus, background_c=float(background_c))
 
 
 def view_above(

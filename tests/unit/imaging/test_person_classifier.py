@@ -6,6 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from aos_gcs.errors import InputDataError
 from aos_gcs.imaging.persons.classifier import (
@@ -118,6 +120,27 @@ def test_temperatures_of_another_day_make_nothing_sure() -> None:
     assert on_a_day(STONE, 2.0) < 0.85, "a stone after hours of sun"
     assert on_a_day(PERSON, -4.0) > 0.1, "a person on a hot day"
     assert on_a_day(PERSON, 0.0) > on_a_day(PERSON, -2.0) > on_a_day(PERSON, -4.0)
+
+
+def test_stones_in_the_sun_are_hotter_than_skin() -> None:
+    """As seen on clear days, in a forest of 17 °C: a stone, and a person whose face is as warm as it is anywhere."""
+    stone = replace(STONE, contrast_median_k=19.0, contrast_peak_k=21.0)
+    person = replace(PERSON, contrast_median_k=12.0, contrast_peak_k=16.0)
+    assert person_confidence(stone) > 0.9, "on a cool day, when nothing else is so warm"
+    assert person_confidence(replace(stone, background_c=17.0)) < 0.1
+    assert person_confidence(replace(person, background_c=17.0)) == person_confidence(person)
+    assert "21 K at its warmest, 5 K hotter than skin" in decide(replace(stone, background_c=17.0)).reasons[0]
+    assert decide(replace(person, background_c=17.0)).reasons == decide(person).reasons
+
+
+@given(background_c=st.floats(-30.0, 45.0), warmer_k=st.floats(0.0, 20.0), peak_k=st.floats(4.0, 45.0))
+def test_a_warmer_forest_makes_nothing_more_probably_a_person(
+    background_c: float, warmer_k: float, peak_k: float
+) -> None:
+    body = replace(PERSON, contrast_median_k=0.7 * peak_k, contrast_peak_k=peak_k, background_c=background_c)
+    warmer = replace(body, background_c=background_c + warmer_k)
+    unknown = replace(body, background_c=None)
+    assert 0.0 <= person_confidence(warmer) <= person_confidence(body) <= person_confidence(unknown) <= 1.0
 
 
 def test_rarer_persons_take_more_evidence(model: PersonModel) -> None:

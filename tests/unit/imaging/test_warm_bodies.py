@@ -168,6 +168,7 @@ def test_evidence_sums_a_body_up() -> None:
     assert evidence.extent_m == pytest.approx(4 * GSD_M)
     assert evidence.contrast_median_k == pytest.approx(20.0, abs=0.2)
     assert evidence.contrast_peak_k == pytest.approx(20.0, abs=0.2)
+    assert evidence.background_c == pytest.approx(11.0, abs=0.1)
 
 
 @pytest.mark.parametrize(

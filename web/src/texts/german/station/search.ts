@@ -134,7 +134,8 @@ export const search: readonly StationText[] = [
     "{contrast} K warmer than its surroundings, {peak} K at its warmest{limit}",
     "{contrast} K wärmer als die Umgebung, an der wärmsten Stelle {peak} K{limit}",
   ],
-  [", hotter than any skin", ", heißer als Haut"],
+  [", hotter than any skin", ", heißer als jede Haut"],
+  [", {kelvin} K hotter than skin", ", {kelvin} K heißer als Haut"],
   ["{length} m long: longer than a person", "{length} m lang: länger als ein Mensch"],
   ["{area} m² visible, {extent} m long", "{area} m² sichtbar, {extent} m lang"],
   [
