@@ -21,6 +21,7 @@ import scipy
 from aos_gcs.imaging.persons.classifier import (
     MAX_CONTRAST_K,
     MIN_VEHICLES,
+    SKIN_C,
     SKIN_SIGMA_K,
     PersonModel,
     hotter_than_skin_k,
@@ -51,6 +52,10 @@ THOROUGH_FRAMES = 9
 SMEARED_PERSON_K = 11.0
 """Peak contrast from which something that was seen in flight alone may be a person: of clothes 13 K warmer than their
 surroundings frames taken at 5 m/s show 13 K somewhere, but 7 K in the middle, as of fur."""
+_SMEARED_LEAST_K = 7.0
+"""Least such contrast, in a forest so warm that skin stands out of it by less than 13 K."""
+_SMEARED_SHARE = 0.55
+"""Such a contrast as a share of that of skin."""
 MIN_RELATIVE_CONTRAST = 5.0
 """Median contrast of a spot without temperatures that counts as a find, in standard deviations of its surroundings."""
 MIN_CONCENTRATION = 4.0
@@ -150,7 +155,11 @@ def decide(evidence: Evidence, model: PersonModel | None = None) -> Verdict:
 
 def may_be_warmer(evidence: Evidence) -> bool:
     """Return whether frames that were taken in flight, and smear, may show something as warm as a person."""
-    return evidence.is_smeared and evidence.contrast_peak_k >= SMEARED_PERSON_K
+    limit_k = SMEARED_PERSON_K
+    if evidence.background_c is not None:
+        # On a clear day, in a forest of 17 °C, frames in flight show a person at 9 K.
+        limit_k = min(limit_k, max(_SMEARED_LEAST_K, _SMEARED_SHARE * (SKIN_C - evidence.background_c)))
+    return evidence.is_smeared and evidence.contrast_peak_k >= limit_k
 
 
 def pooled(verdicts: Sequence[Verdict], form: Form | None = None) -> Verdict:

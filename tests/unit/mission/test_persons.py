@@ -239,9 +239,11 @@ def test_neither_a_lukewarm_stone_nor_what_one_vehicle_sees_is_suspected() -> No
 
 
 def test_in_flight_a_body_that_may_be_warmer_than_it_looks_is_suspected() -> None:
-    def smeared(clothes_k: float, skin_k: float) -> PersonWatch:
-        frames = [replace(warm_frame(one, clothes_k=clothes_k, skin_k=skin_k), speed_mps=5.0) for one in (1, 2)]
+    def smeared(clothes_k: float, skin_k: float, *, warmer_k: float = 0.0) -> PersonWatch:
+        bodies = [warm_frame(one, clothes_k=clothes_k, skin_k=skin_k) for one in (1, 2)]
+        frames = [replace(one, image=one.image + np.float32(warmer_k), speed_mps=5.0) for one in bodies]
         return watch_persons(PersonWatch(), frames, 0.0, {}, Uncertainty())[0]
 
     assert len(smeared(7.0, 13.0).suspects_enu_m) == 1
     assert smeared(5.0, 6.0).suspects_enu_m == ()
+    assert len(smeared(5.0, 6.0, warmer_k=7.0).suspects_enu_m) == 1, "skin stands out less of a warmer forest"
