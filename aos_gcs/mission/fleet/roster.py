@@ -31,6 +31,8 @@ _FRESH_S = 3.0
 """Age up to which a report counts as fresh: three heartbeats."""
 _STANDING_MPS = 1.0
 """Speed above which a vehicle has not landed, whatever else it reports."""
+_HIGH_M = 5.0
+"""Height above its home above which a vehicle with running motors hovers rather than stands."""
 
 FLYING = frozenset({Task.JOINING, Task.SWARM, Task.HELD, Task.RETURNING, Task.LANDING})
 """Tasks of vehicles whose motors we have started and which are still heard."""
@@ -129,11 +131,18 @@ class Member:
 
     @property
     def airborne(self) -> bool:
-        """True unless the vehicle is known to be on the ground and to stay there; in doubt it flies."""
+        """True unless the vehicle is known to be on the ground and to stay there; in doubt it flies.
+
+        While its motors run, one that moves, or is high and has not been coming down, is not believed to be there.
+        """
         state, is_told_to_climb = self.state, isinstance(self.last_command, Takeoff)
         if not state.armed:
             return state.landed in _IN_AIR
-        return is_told_to_climb or state.landed is not LandedState.ON_GROUND
+        if is_told_to_climb or state.landed is not LandedState.ON_GROUND:
+            return True
+        is_high = state.height_above_home_m is not None and state.height_above_home_m > _HIGH_M
+        is_moving = math.hypot(*state.velocity_enu_mps or ()) > _STANDING_MPS
+        return is_moving or (is_high and state.mode not in _COMING_DOWN)
 
     @property
     def taken_over(self) -> str:
