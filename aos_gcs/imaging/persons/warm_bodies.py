@@ -39,6 +39,8 @@ SMEAR_PX = 0.25
 
 _BACKGROUND_STRIDE = 4
 """Distance between the pixels that the frame's median is computed from."""
+_COLDEST_C, _HOTTEST_C = -50.0, 50.0
+"""Temperatures of forests and ground in which people are searched for."""
 _CELL_M = 0.25
 """Points within such a cell are linked as one."""
 
@@ -65,7 +67,8 @@ class WarmView:
     out_of_focus: bool = False
     """Whether the camera's optics were: small spots are cooler than what they show, also sharpened."""
     background_c: float | None = None
-    """The frame's median, in degrees Celsius, as well as the camera knows them; None without temperatures."""
+    """The frame's median, in degrees Celsius, as well as the camera knows them; None where it is none of a forest, as
+    of a camera whose scale is wrong, and without temperatures."""
 
     @property
     def area_m2(self) -> float:
@@ -123,7 +126,8 @@ def warm_view(frame: Frame, plane_height_m: float = 0.0) -> WarmView:
     thermal = restored(frame.image[..., frame.bands.index("thermal")])
     background_c = np.nanmedian(thermal.image[::_BACKGROUND_STRIDE, ::_BACKGROUND_STRIDE])
     view = view_above(frame, thermal.image - background_c, MIN_CONTRAST_K, plane_height_m)
-    return replace(view, out_of_focus=thermal.out_of_focus, background_c=float(background_c))
+    is_known = _COLDEST_C <= background_c <= _HOTTEST_C
+    return replace(view, out_of_focus=thermal.out_of_focus, background_c=float(background_c) if is_known else None)
 
 
 def view_above(

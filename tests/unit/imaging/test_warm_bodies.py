@@ -56,6 +56,15 @@ def test_contrast_does_not_depend_on_the_cameras_offset(offset_k: float) -> None
     np.testing.assert_allclose(warm_view(frame_with_spot(offset_k=offset_k)).contrast_k, 15.0, atol=0.1)
 
 
+@pytest.mark.parametrize(("offset_k", "background_c"), [(5.0, 16.0), (273.15, None), (-273.15, None)])
+def test_the_forests_temperature_is_known_unless_the_scale_is_wrong(
+    offset_k: float, background_c: float | None
+) -> None:
+    view = warm_view(frame_with_spot(offset_k=offset_k))
+    assert view.background_c == (None if background_c is None else pytest.approx(background_c, abs=0.1))
+    np.testing.assert_allclose(view.contrast_k, 15.0, atol=0.1)
+
+
 def test_lukewarm_and_empty_frames_show_nothing() -> None:
     assert len(warm_view(frame_with_spot(kelvin=MIN_CONTRAST_K / 3.0)).points_enu_m) == 0
     assert len(warm_view(frame_with_spot(None)).points_enu_m) == 0
