@@ -26,7 +26,7 @@ from aos_gcs.api.app import create_app
 from aos_gcs.api.server import serve
 from aos_gcs.clock import LoopClock
 from aos_gcs.mission.model.phase import Phase
-from aos_gcs.runtime.viewer import open_viewer
+from aos_gcs.runtime.recorded.viewer import open_viewer
 from aos_gcs.store.reader import MissionReader
 from aos_gcs.store.replay import MissionReplay
 

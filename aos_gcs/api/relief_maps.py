@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from aos_gcs.api.convert import relief as convert
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.mission.model.snapshot import MissionSnapshot
-from aos_gcs.planning.relief import HeightUnit, Relief, contours, read_relief, relief_bounds, shading_png
 from aos_gcs.planning.settings import TerrainSettings
 from aos_gcs.planning.terrain.ground import EnuBounds, file_versions
+from aos_gcs.planning.terrain.relief import HeightUnit, Relief, contours, read_relief, relief_bounds, shading_png
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,8 +13,8 @@ from aos_gcs.cli.run import CODE_FILE_HELP, run_until_terminated, stay_up
 from aos_gcs.errors import ConfigurationError
 
 if TYPE_CHECKING:
-    from aos_gcs.runtime.demo import DemoOptions
-    from aos_gcs.runtime.evaluation import Score
+    from aos_gcs.runtime.simulated.demo import DemoOptions
+    from aos_gcs.runtime.simulated.evaluation import Score
 
 EXIT_NOT_FOUND = 1
 
@@ -81,7 +81,7 @@ def demo(
     Exit code 0 only if the person was found, announced within 3 m of where it is, and all vehicles have landed; 1 if
     not; 2 if nothing could be started.
     """
-    from aos_gcs.runtime.demo import DemoOptions  # noqa: PLC0415 - heavy, only for this command
+    from aos_gcs.runtime.simulated.demo import DemoOptions  # noqa: PLC0415 - heavy, only for this command
 
     options = DemoOptions(
         vehicles=vehicles,
@@ -120,7 +120,7 @@ def _place(text: str) -> tuple[float, float, float]:
 
 async def _fly(options: DemoOptions, as_json: bool, stay: bool) -> Score:
     from aos_gcs.cli.display.live import followed  # noqa: PLC0415 - heavy, only for this command
-    from aos_gcs.runtime.demo import open_demo  # noqa: PLC0415
+    from aos_gcs.runtime.simulated.demo import open_demo  # noqa: PLC0415
 
     following = None
     while True:

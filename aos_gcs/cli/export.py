@@ -47,8 +47,8 @@ def export(
     """
     # Frames are analysed with NumPy and OpenCV, which the other commands' help should not wait for.
     from aos_gcs.exports.files import check_apart, check_folder, check_writable, written_whole  # noqa: PLC0415
-    from aos_gcs.runtime.adiat import write_adiat  # noqa: PLC0415
-    from aos_gcs.runtime.finding_export import encode_findings  # noqa: PLC0415
+    from aos_gcs.runtime.recorded.adiat import write_adiat  # noqa: PLC0415
+    from aos_gcs.runtime.recorded.finding_export import encode_findings  # noqa: PLC0415
 
     if adiat is None and findings is None and wall is None:
         raise ConfigurationError("Nothing to write: give --adiat DIR, --findings FILE or --wall FILE.")
@@ -65,7 +65,7 @@ def export(
         written = write_adiat(mission_dir, adiat)
         typer.echo(f"{written.frames} frames, {written.integrals} integrals, {written.findings} findings: {adiat}")
     if wall is not None:
-        from aos_gcs.runtime.wall_video import write_wall_video  # noqa: PLC0415 - heavy, only for videos
+        from aos_gcs.runtime.wall.video import write_wall_video  # noqa: PLC0415 - heavy, only for videos
 
         check_writable(wall)
         check_apart([wall], None, mission_dir.glob("*"))

@@ -58,7 +58,7 @@ def inspect(
     """
     # Reading a mission takes NumPy and OpenCV, which the other commands' help should not wait for.
     from aos_gcs.cli.display.report import print_report  # noqa: PLC0415
-    from aos_gcs.runtime.evaluation import score_mission  # noqa: PLC0415
+    from aos_gcs.runtime.simulated.evaluation import score_mission  # noqa: PLC0415
     from aos_gcs.store.codec import encode  # noqa: PLC0415
     from aos_gcs.store.reader import MissionReader  # noqa: PLC0415
     from aos_gcs.store.summary import summarise  # noqa: PLC0415

@@ -42,7 +42,7 @@ def replay(
 
 
 def _verify(folder: Path) -> None:
-    from aos_gcs.runtime.verification import verify_mission  # noqa: PLC0415 - heavy, only for this command
+    from aos_gcs.runtime.recorded.verification import verify_mission  # noqa: PLC0415 - heavy, only for this command
     from aos_gcs.store.reader import MissionReader  # noqa: PLC0415
 
     with MissionReader(folder) as reader:
@@ -56,11 +56,11 @@ def _verify(folder: Path) -> None:
 async def _show(folder: Path, config: ApiConfig) -> None:
     from aos_gcs.clock import LoopClock  # noqa: PLC0415 - heavy, only for this command
     from aos_gcs.runtime.dashboard.serving import open_dashboard  # noqa: PLC0415
-    from aos_gcs.runtime.handover import HandoverPrinter  # noqa: PLC0415
-    from aos_gcs.runtime.operation import ReplayedOperation  # noqa: PLC0415
+    from aos_gcs.runtime.recorded.handover import HandoverPrinter  # noqa: PLC0415
+    from aos_gcs.runtime.recorded.operation import ReplayedOperation  # noqa: PLC0415
     from aos_gcs.runtime.sign_in import operator_secrets  # noqa: PLC0415
-    from aos_gcs.runtime.video_maker import VideoMaker  # noqa: PLC0415
-    from aos_gcs.runtime.wall import make_wall  # noqa: PLC0415
+    from aos_gcs.runtime.wall.live import make_wall  # noqa: PLC0415
+    from aos_gcs.runtime.wall.video_maker import VideoMaker  # noqa: PLC0415
 
     secrets = operator_secrets(config)
     clock = LoopClock()

@@ -35,7 +35,7 @@ def report(
     """
     # What makes the report takes NumPy and OpenCV, which the other commands' help should not wait for.
     from aos_gcs.exports.files import check_apart, check_writable, written_whole  # noqa: PLC0415
-    from aos_gcs.runtime.handover import check_printing, make_flight_log, make_handover  # noqa: PLC0415
+    from aos_gcs.runtime.recorded.handover import check_printing, make_flight_log, make_handover  # noqa: PLC0415
 
     options = HandoverOptions(paper, notation, time_zone)
     results = [path for path in (out, flights) if path is not None]

@@ -103,7 +103,7 @@ def _beginning(config: ServiceConfig, continued: Path | None) -> NextSortie | No
 
 def _show_plan(config: ServiceConfig) -> None:
     from aos_gcs.config.settings import mission_settings  # noqa: PLC0415 - heavy, only for this command
-    from aos_gcs.planning.aperture import advise  # noqa: PLC0415
+    from aos_gcs.planning.detection.aperture import advise  # noqa: PLC0415
 
     settings = mission_settings(config)
     if settings.forest is None:

@@ -54,7 +54,7 @@ def searched(
     from aos_gcs.exports.ground_files import gaps_geojson, write_forest_floor, write_ground_raster  # noqa: PLC0415
     from aos_gcs.groundmap.detection import Posture  # noqa: PLC0415
     from aos_gcs.groundmap.ground_map import read_map  # noqa: PLC0415
-    from aos_gcs.runtime.searched_ground import figures_of, read_searched_ground  # noqa: PLC0415
+    from aos_gcs.runtime.recorded.searched_ground import figures_of, read_searched_ground  # noqa: PLC0415
     from aos_gcs.store.schema import GROUND_NAME  # noqa: PLC0415
 
     if posture not in list(Posture):

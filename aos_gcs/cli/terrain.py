@@ -17,8 +17,8 @@ from aos_gcs.geometry.geodesy import frame_scale_error
 
 if TYPE_CHECKING:
     from aos_gcs.elevation.model import ElevationModel
-    from aos_gcs.planning.following import FollowedHeights
     from aos_gcs.planning.settings import MissionSettings, TerrainSettings
+    from aos_gcs.planning.terrain.following import FollowedHeights
 
 terrain = typer.Typer(no_args_is_help=True)
 
@@ -77,7 +77,7 @@ def check(
     from aos_gcs.elevation.geoid import find_egm2008, find_geoid  # noqa: PLC0415 - keeps the other commands' help fast
     from aos_gcs.elevation.model import SURFACE_WARNING, ElevationModel, ModelKind  # noqa: PLC0415
     from aos_gcs.planning.settings import TerrainSettings  # noqa: PLC0415
-    from aos_gcs.planning.suspected_holes import holes_warning  # noqa: PLC0415
+    from aos_gcs.planning.terrain.suspected_holes import holes_warning  # noqa: PLC0415
 
     if kind not in list(ModelKind):
         raise ConfigurationError(f"--kind must be terrain or surface, got {kind!r}.")
@@ -140,7 +140,7 @@ def _misfit(settings: MissionSettings, report: ElevationReport, model: Elevation
 
 def _followed(settings: MissionSettings, terrain: TerrainSettings) -> FollowedHeights | None:
     """Return the heights of a mission's layers where they follow the ground, by the limits that it configures."""
-    from aos_gcs.planning.following import followed_heights  # noqa: PLC0415 - keeps the other commands' help fast
+    from aos_gcs.planning.terrain.following import followed_heights  # noqa: PLC0415 - keeps the other commands' help fast
 
     if settings.terrain is not None:
         terrain = replace(terrain, ceiling_above_ground_m=settings.terrain.ceiling_above_ground_m)

@@ -22,8 +22,8 @@ from aos_gcs.geometry.heights import AmslM
 from aos_gcs.imaging.geolocation import Uncertainty
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.preflight.checks import OVERRIDABLE
-from aos_gcs.planning.aperture import advise
-from aos_gcs.planning.check import blocking_problems
+from aos_gcs.planning.checks.check import blocking_problems
+from aos_gcs.planning.detection.aperture import advise
 from aos_gcs.planning.plan import plan_of
 from aos_gcs.planning.proposal import altitude_layers
 from aos_gcs.planning.search_settings import SearchSettings

@@ -19,7 +19,7 @@ from aos_gcs.mission.model.proposals import ProposalRecord, ProposalUse
 from aos_gcs.mission.phases import BEFORE_START, check_action
 from aos_gcs.mission.search.targets.findings import Findings
 from aos_gcs.mission.views import LiveView
-from aos_gcs.planning.check import check_plan
+from aos_gcs.planning.checks.check import check_plan
 from aos_gcs.planning.plan import MissionPlan, apply_plan
 from aos_gcs.planning.settings import MissionSettings
 

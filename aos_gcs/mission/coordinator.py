@@ -11,9 +11,9 @@ from aos_gcs.mission.auto_start import AutoStart
 from aos_gcs.mission.command_order import MAX_AGE_S, CommandOrder
 from aos_gcs.mission.commands import LiveCommands
 from aos_gcs.mission.context import MissionContext
-from aos_gcs.mission.fleet.afterwards import is_any_heard_flying, may_any_hover_unheard, send_all_home
+from aos_gcs.mission.fleet.landing.afterwards import is_any_heard_flying, may_any_hover_unheard, send_all_home
+from aos_gcs.mission.fleet.landing.return_heights import ReturnHeights
 from aos_gcs.mission.fleet.monitor import Monitor
-from aos_gcs.mission.fleet.return_heights import ReturnHeights
 from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.fleet.standing_hold import StandingHold
 from aos_gcs.mission.fleet.vehicle_tasks import VehicleTasks

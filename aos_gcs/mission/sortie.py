@@ -8,10 +8,10 @@ from typing import Any
 
 from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.mission.context import MissionContext
-from aos_gcs.mission.fleet.joining import Joining
-from aos_gcs.mission.fleet.relay import Relay
-from aos_gcs.mission.fleet.replacements import Replacements
-from aos_gcs.mission.fleet.return_and_land import ReturnAndLand
+from aos_gcs.mission.fleet.landing.return_and_land import ReturnAndLand
+from aos_gcs.mission.fleet.reinforcements.joining import Joining
+from aos_gcs.mission.fleet.reinforcements.relay import Relay
+from aos_gcs.mission.fleet.reinforcements.replacements import Replacements
 from aos_gcs.mission.fleet.vehicle_tasks import VehicleTasks
 from aos_gcs.mission.launch import Launch
 from aos_gcs.mission.model.decisions import LeftPlace

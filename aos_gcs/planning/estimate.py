@@ -17,11 +17,11 @@ from aos_gcs.airspace.polygon import Polygon
 from aos_gcs.airspace.raster import PlanRaster
 from aos_gcs.groundmap.figures import DetectionFigures
 from aos_gcs.imaging.aperture import footprint_m
-from aos_gcs.planning.expected_views import predicted_detection
+from aos_gcs.planning.detection.expected_views import predicted_detection
 from aos_gcs.planning.legs import ScanLeg, in_passes, leg_count, scan_legs
 from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.planning.search_settings import SearchMode
-from aos_gcs.planning.viewed_ground import LEVEL_GROUND, ViewedGround
+from aos_gcs.planning.terrain.viewed_ground import LEVEL_GROUND, ViewedGround
 from aos_gcs.swarm.line import line_axis, line_places
 from aos_gcs.swarm.model import Observation
 from aos_gcs.swarm.registry import strategy_for
@@ -81,7 +81,7 @@ class PlanEstimate:
 
 
 def estimate_plan(plan: MissionPlan, plane_height_m: float, legs: Sequence[ScanLeg] = ()) -> PlanEstimate:
-    """Estimate a plan over level ground that :func:`aos_gcs.planning.check.check_plan` finds nothing wrong with.
+    """Estimate a plan over level ground that :func:`aos_gcs.planning.checks.check.check_plan` finds nothing wrong with.
 
     Args:
         plan: to be flown.

@@ -24,7 +24,7 @@ from aos_gcs.planning.estimate import planned_legs
 from aos_gcs.planning.leg_order import FORMING_S, strip_width_m, views_of_a_pass
 from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.plan import MissionPlan
-from aos_gcs.planning.viewed_ground import LEVEL_GROUND, ViewedGround
+from aos_gcs.planning.terrain.viewed_ground import LEVEL_GROUND, ViewedGround
 from aos_gcs.prior.model import AreaPrior
 from aos_gcs.swarm.line import line_axis
 

@@ -25,8 +25,8 @@ from aos_gcs.groundmap.detection import DETECTABILITY, Posture, detection_by_vie
 from aos_gcs.groundmap.figures import ViewRaster, view_raster
 from aos_gcs.groundmap.tile import MAX_VIEWS
 from aos_gcs.groundmap.work import GroundSource, SearchedArea, opened_map
+from aos_gcs.planning.detection.expected_views import expected_views, forest_directions, line_of, spread_places
 from aos_gcs.planning.estimate import STILL_S, move_s, scan_step_m
-from aos_gcs.planning.expected_views import expected_views, forest_directions, line_of, spread_places
 from aos_gcs.planning.legs import ScanLeg, in_passes
 from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.planning.search_settings import SearchMode

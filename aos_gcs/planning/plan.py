@@ -21,7 +21,7 @@ SPACING_PARAMETER = "c4_m"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionPlan:
-    """A plan of a mission, checked by :func:`aos_gcs.planning.check.check_plan` only.
+    """A plan of a mission, checked by :func:`aos_gcs.planning.checks.check.check_plan` only.
 
     Points are horizontal ENU metres about the mission's origin, heights metres above it.
     """
@@ -128,7 +128,7 @@ class StrategyOptions:
 def available_options() -> tuple[StrategyOptions, ...]:
     """Return the strategies that a plan can name.
 
-    A strategy that cannot be loaded has no parameters; :func:`~aos_gcs.planning.check.check_plan` reports why.
+    A strategy that cannot be loaded has no parameters; :func:`~aos_gcs.planning.checks.check.check_plan` reports why.
     """
     return tuple(StrategyOptions(name, tuple(_parameters(name))) for name in available_strategies())
 

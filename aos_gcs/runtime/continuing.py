@@ -10,7 +10,7 @@ from aos_gcs.config.settings import mission_settings
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.groundmap.figures import view_raster
 from aos_gcs.mission.next_sortie import NextSortie, carried_findings
-from aos_gcs.runtime.searched_ground import read_searched_ground
+from aos_gcs.runtime.recorded.searched_ground import read_searched_ground
 from aos_gcs.store.reader import MissionReader
 
 

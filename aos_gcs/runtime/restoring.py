@@ -11,7 +11,7 @@ from typing import Final
 from aos_gcs.clock import LoopClock
 from aos_gcs.config.model import ServiceConfig
 from aos_gcs.errors import CommandError, RecordingError
-from aos_gcs.mission.fleet.return_heights import PURPOSE
+from aos_gcs.mission.fleet.landing.return_heights import PURPOSE
 from aos_gcs.mission.model.vehicles import SettingsRecord
 from aos_gcs.ports import Clock, DriverContext, Fleet, Notice
 from aos_gcs.runtime.drivers import load_driver

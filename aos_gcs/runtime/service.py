@@ -28,9 +28,9 @@ from aos_gcs.runtime.dashboard.start import ApiStart
 from aos_gcs.runtime.dashboard.supervisor import open_api_process
 from aos_gcs.runtime.drivers import load_driver
 from aos_gcs.runtime.encryption import with_certificate
-from aos_gcs.runtime.sharing_supervisor import SharingSupervisor, open_sharing_process
+from aos_gcs.runtime.processes.sharing_supervisor import SharingSupervisor, open_sharing_process
+from aos_gcs.runtime.processes.workers import ANALYSIS, DECODING, GROUND
 from aos_gcs.runtime.sign_in import operator_secrets
-from aos_gcs.runtime.workers import ANALYSIS, DECODING, GROUND
 from aos_gcs.store.last_mission import former_flight, last_proposals, unfinished_mission
 from aos_gcs.store.recorder import MissionRecorder
 from aos_gcs.store.return_settings import unrestored_settings

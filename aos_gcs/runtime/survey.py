@@ -26,9 +26,9 @@ from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.planning.settings import AutofocusSettings
 from aos_gcs.ports import Clock, Notice
 from aos_gcs.runtime.dashboard.serving import open_dashboard
-from aos_gcs.runtime.handover import HandoverPrinter
+from aos_gcs.runtime.recorded.handover import HandoverPrinter
+from aos_gcs.runtime.recorded.viewer import Viewer
 from aos_gcs.runtime.sign_in import operator_secrets
-from aos_gcs.runtime.viewer import Viewer
 from aos_gcs.store.reader import MissionReader
 from aos_gcs.store.recorder import MissionRecorder
 from aos_gcs.store.schema import DATABASE_NAME

@@ -46,7 +46,7 @@ from aos_gcs.ports import Clock, DriverContext, Fleet, Goto, LandedState
 from aos_gcs.process import settle_garbage
 from aos_gcs.runtime.dashboard.start import ApiStart
 from aos_gcs.runtime.dashboard.supervisor import open_api_process
-from aos_gcs.runtime.workers import ANALYSIS
+from aos_gcs.runtime.processes.workers import ANALYSIS
 from aos_gcs.swarm.model import Observation
 from aos_gcs.swarm.registry import make_strategy
 from aos_gcs.workers.lifeline import step_back, step_back_as_session

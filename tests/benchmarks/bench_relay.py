@@ -31,8 +31,8 @@ from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.planning.settings import Deadlines, FlightSettings, MissionSettings, PreflightSettings, RelaySettings
-from aos_gcs.runtime import virtual_mission
-from aos_gcs.runtime.virtual_mission import StepTrace
+from aos_gcs.runtime.simulated import virtual_mission
+from aos_gcs.runtime.simulated.virtual_mission import StepTrace
 from aos_sim.errors.model import error_model
 from aos_sim.flights.world import SimulatedFlight
 from aos_sim.vehicle.battery import Battery, capacity_mah

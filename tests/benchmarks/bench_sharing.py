@@ -22,7 +22,7 @@ from pathlib import Path
 from aos_gcs.clock import LoopClock
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.sharing import ChannelState, ChannelStatus
-from aos_gcs.runtime.sharing_supervisor import open_sharing_process
+from aos_gcs.runtime.processes.sharing_supervisor import open_sharing_process
 from aos_gcs.sharing.settings import SharingSettings, TakSettings
 from tests.fakes.mission import ScriptedMission
 from tests.fakes.program import unused_port

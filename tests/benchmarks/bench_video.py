@@ -24,8 +24,8 @@ from aos_gcs.geometry.poses import nadir_pose
 from aos_gcs.imaging.model import Frame
 from aos_gcs.imaging.step.analysis import analyse_step
 from aos_gcs.imaging.step.settings import ImagingSettings
-from aos_gcs.runtime.video_maker import REST_IN_FLIGHT, VideoMaker
-from aos_gcs.runtime.workers import ANALYSIS
+from aos_gcs.runtime.processes.workers import ANALYSIS
+from aos_gcs.runtime.wall.video_maker import REST_IN_FLIGHT, VideoMaker
 from aos_gcs.store.recorder import MissionRecorder
 from aos_gcs.wall.video import VideoPhase, VideoState
 from aos_gcs.workers.process import open_worker

@@ -30,7 +30,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from aos_gcs.api.server import serve
 from aos_gcs.imaging.step.settings import ImagingSettings
-from aos_gcs.runtime.viewer import Viewer
+from aos_gcs.runtime.recorded.viewer import Viewer
 from tests.benchmarks.figures import report
 from tests.fakes.app import app_of
 from tests.fakes.mission import ScriptedMission

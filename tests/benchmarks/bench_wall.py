@@ -43,7 +43,7 @@ from aos_gcs.imaging.step.analysis import analyse_step
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.ports import Capture
 from aos_gcs.radiometry import celsius_from_centikelvin, centikelvin_from_celsius
-from aos_gcs.runtime.workers import ANALYSIS
+from aos_gcs.runtime.processes.workers import ANALYSIS
 from aos_gcs.store.recorder import MissionRecorder
 from aos_gcs.workers.lifeline import step_back_as_session
 from aos_gcs.workers.process import open_worker

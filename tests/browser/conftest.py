@@ -33,8 +33,8 @@ from aos_gcs.api.page import STATIC_FOLDER
 from aos_gcs.api.server import serve
 from aos_gcs.clock import LoopClock
 from aos_gcs.imaging.step.settings import ImagingSettings
-from aos_gcs.runtime.operation import ReplayedOperation
-from aos_gcs.runtime.viewer import Viewer
+from aos_gcs.runtime.recorded.operation import ReplayedOperation
+from aos_gcs.runtime.recorded.viewer import Viewer
 from tests.browser.pages import TIMEOUT_MS
 from tests.fakes.app import app_of
 from tests.fakes.mission import ScriptedMission

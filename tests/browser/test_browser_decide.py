@@ -18,7 +18,7 @@ from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.decisions import LeftPlace
 from aos_gcs.mission.model.findings import FindingStatus, TargetEstimate
 from aos_gcs.ports import Severity
-from aos_gcs.runtime.viewer import Viewer
+from aos_gcs.runtime.recorded.viewer import Viewer
 from tests.browser.conftest import OPERATOR_CODE, PageRecord, Service, serving
 from tests.browser.pages import open_page, sign_in, with_thumbnails
 from tests.fakes.app import app_of

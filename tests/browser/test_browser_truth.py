@@ -13,7 +13,7 @@ from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.steps import FocusSnapshot, FocusSource
 from aos_gcs.ports import Severity
-from aos_gcs.runtime.viewer import Viewer
+from aos_gcs.runtime.recorded.viewer import Viewer
 from tests.browser.conftest import OPERATOR_CODE, PageRecord, Service, serving
 from tests.browser.pages import VIEWS, confirm, open_page, sign_in
 from tests.fakes.app import app_of

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from aos_gcs.errors import MissionError
 from aos_gcs.mission.model.actions import Action
-from aos_gcs.runtime.virtual_time import run
+from aos_gcs.runtime.simulated.virtual_time import run
 from tests.campaign.faults.base import Fault
 from tests.campaign.faults.station import Freeze
 from tests.campaign.oracle import Violation

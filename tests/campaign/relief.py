@@ -24,8 +24,8 @@ from aos_gcs.geometry.poses import Pose
 from aos_gcs.mission.model.phase import Outcome
 from aos_gcs.planning.search_settings import SearchMode, SearchSettings
 from aos_gcs.planning.settings import Deadlines, PreflightSettings
-from aos_gcs.runtime.demo_terrain import FLOOR_ABOVE_GROUND_M, above_ground
-from aos_gcs.runtime.virtual_time import run
+from aos_gcs.runtime.simulated.demo_terrain import FLOOR_ABOVE_GROUND_M, above_ground
+from aos_gcs.runtime.simulated.virtual_time import run
 from aos_sim.swarm import SwarmOptions
 from aos_sim.world.relief import Relief
 from aos_sim.world.terrain import make_relief

@@ -26,7 +26,7 @@ from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.ports import ThreadWorker, Worker
 from aos_gcs.prior.model import AreaPrior
 from aos_gcs.prior.segments import Segment
-from aos_gcs.runtime.workers import VIDEO
+from aos_gcs.runtime.processes.workers import VIDEO
 from aos_gcs.workers.process import ProcessWorker, WorkerSettings, open_worker
 from tests.fakes import work
 from tests.fakes.fleet import ORIGIN

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from aos_gcs.runtime.unused_ports import unused_ports
+from aos_gcs.runtime.simulated.unused_ports import unused_ports
 from tests.timing import scaled_s
 
 POLL_S = 0.1

@@ -19,7 +19,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from aos_gcs.airspace.limits import UNLIMITED
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.planning.search_settings import SearchMode
-from aos_gcs.runtime.virtual_time import run
+from aos_gcs.runtime.simulated.virtual_time import run
 from aos_sim.vehicle.arducopter import CopterMode
 from aos_sim.vehicle.flight import Manoeuvre
 from tests.campaign import runner

@@ -15,9 +15,9 @@ from aos_gcs.config.model import ApiConfig
 from aos_gcs.errors import LinkError
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.ports import Severity
-from aos_gcs.runtime import supervisor
 from aos_gcs.runtime.dashboard import supervisor as dashboard_supervisor
 from aos_gcs.runtime.dashboard.start import ApiStart
+from aos_gcs.runtime.processes import supervisor
 from tests.fakes.api_process import CODE, Station, station
 from tests.fakes.app import OperatorClient
 from tests.fakes.program import gone, running

@@ -11,7 +11,7 @@ from aos_gcs.airspace.limits import UNLIMITED
 from aos_gcs.imaging.persons.decision import DECISION
 from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.model.vehicles import Task
-from aos_gcs.runtime.demo_terrain import FLOOR_ABOVE_GROUND_M
+from aos_gcs.runtime.simulated.demo_terrain import FLOOR_ABOVE_GROUND_M
 from aos_gcs.store.reader import MissionReader
 from tests.fakes.command_line import exit_status
 from tests.fakes.program import Program, running

@@ -15,7 +15,7 @@ from aos_gcs.lab.flights import FlightParameters, build_flight
 from aos_gcs.lab.missions.store import MISSIONS_FILE
 from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.search_settings import LookOrder, SearchSettings
-from aos_gcs.runtime.virtual_mission import fly, mission_settings
+from aos_gcs.runtime.simulated.virtual_mission import fly, mission_settings
 from tests.fakes.command_line import exit_status
 
 SMALL = ("--densities", "20", "--vehicles", "3", "--side", "25", "--image-size", "128", "--errors", "none")

@@ -13,7 +13,7 @@ from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.lab.search.model import Conditions, Method, plan_for
 from aos_gcs.lab.search.store import RESULTS_FILE
 from aos_gcs.lab.search.study import search_flight
-from aos_gcs.planning.check import check_plan
+from aos_gcs.planning.checks.check import check_plan
 from aos_gcs.planning.estimate import estimate_plan
 from aos_gcs.planning.settings import MissionSettings
 from tests.fakes.command_line import exit_status

@@ -18,8 +18,8 @@ from aos_gcs.airspace.limits import UNLIMITED
 from aos_gcs.imaging.persons.decision import FindingKind
 from aos_gcs.mission.model.phase import Outcome
 from aos_gcs.planning.settings import DetectionSettings
-from aos_gcs.runtime.evaluation import HERE_M
-from aos_gcs.runtime.virtual_mission import FlownMission, fly, mission_settings
+from aos_gcs.runtime.simulated.evaluation import HERE_M
+from aos_gcs.runtime.simulated.virtual_mission import FlownMission, fly, mission_settings
 from aos_sim.errors.model import RTK
 from aos_sim.flights.world import SimulatedFlight
 from aos_sim.world.scene import Scene, SceneParameters, build_scene

@@ -22,7 +22,7 @@ from aos_gcs.mission.preflight import checks
 from aos_gcs.planning.search_settings import SearchSettings
 from aos_gcs.planning.settings import FlightSettings, PreflightSettings, TerrainSettings
 from aos_gcs.ports import Goto, LandedState, ReturnToLaunch
-from aos_gcs.runtime import virtual_time
+from aos_gcs.runtime.simulated import virtual_time
 from tests.fakes.fleet import ORIGIN, FakeVehicle
 from tests.fakes.mission_flight import Flight, flying, prepare
 from tests.fakes.relief import Relief, hill, level, terrain, write_relief

@@ -238,7 +238,7 @@ async def test_a_defect_in_the_start_of_one_vehicle_holds_that_one_and_the_other
         await paused(flight)
         vehicle = switch_on(flight, 5)
         await heard(flight, 5)
-        monkeypatch.setattr(f"aos_gcs.mission.fleet.joining.{broken}", fail)
+        monkeypatch.setattr(f"aos_gcs.mission.fleet.reinforcements.joining.{broken}", fail)
         await flight.commands.act(Action.JOIN, (5,))
         await flight.clock.sleep(15.0)
         assert (type(vehicle.commands[-1]), flight.task(5)) == (last, task)

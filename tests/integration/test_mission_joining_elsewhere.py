@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from aos_gcs.mission.fleet import launch_place
+from aos_gcs.mission.fleet.reinforcements import launch_place
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.planning.settings import PreflightSettings

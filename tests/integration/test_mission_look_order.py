@@ -13,8 +13,8 @@ from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.planning.search_settings import LookOrder, SearchMode, SearchSettings
 from aos_gcs.planning.settings import Deadlines, DetectionSettings
-from aos_gcs.runtime.verification import Verification, verify_mission
-from aos_gcs.runtime.virtual_time import run as run_virtually
+from aos_gcs.runtime.recorded.verification import Verification, verify_mission
+from aos_gcs.runtime.simulated.virtual_time import run as run_virtually
 from aos_gcs.store.reader import MissionReader
 from tests.fakes.mission_flight import EXACT, Flight, ask_for_another, flying, prepare
 from tests.fakes.recorded_search import write_search

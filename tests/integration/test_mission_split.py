@@ -19,8 +19,8 @@ from aos_gcs.mission.search.in_flight.splitting import NEAR_M
 from aos_gcs.planning.search_settings import LookOrder, SearchSettings
 from aos_gcs.planning.settings import DetectionSettings, FlightSettings, PreflightSettings
 from aos_gcs.ports import Goto
-from aos_gcs.runtime.verification import Verification, verify_mission
-from aos_gcs.runtime.virtual_time import run as run_virtually
+from aos_gcs.runtime.recorded.verification import Verification, verify_mission
+from aos_gcs.runtime.simulated.virtual_time import run as run_virtually
 from aos_gcs.store.reader import MissionReader
 from tests.fakes.fleet import FakeVehicle
 from tests.fakes.mission_flight import EXACT, Flight, flying, lose, prepare, take_over

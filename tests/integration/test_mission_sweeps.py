@@ -18,7 +18,7 @@ from aos_gcs.mission.search.in_flight.frames import FIRST_STEPS
 from aos_gcs.planning.search_settings import SearchMode, SearchSettings
 from aos_gcs.planning.settings import DetectionSettings
 from aos_gcs.ports import Capture, Goto
-from aos_gcs.runtime.virtual_time import run as run_virtually
+from aos_gcs.runtime.simulated.virtual_time import run as run_virtually
 from tests.fakes.command_line import exit_status
 from tests.fakes.fleet import FakeVehicle
 from tests.fakes.mission_flight import EXACT, Flight, flying, lose, prepare, take_over

@@ -22,8 +22,8 @@ from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.planning.settings import FlightSettings, PreflightSettings, RelaySettings
 from aos_gcs.ports import DriverContext, Fleet, FlightMode, FormerLinks, Goto, ProvenLink
-from aos_gcs.runtime import virtual_time
 from aos_gcs.runtime.service import open_service
+from aos_gcs.runtime.simulated import virtual_time
 from aos_gcs.store.last_mission import former_flight
 from aos_gcs.store.recorder import MissionRecorder
 from tests.fakes.fleet import FakeVehicle

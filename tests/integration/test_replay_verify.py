@@ -24,8 +24,8 @@ from aos_gcs.mission.model.phase import Outcome
 from aos_gcs.mission.search.targets.persons import watch_persons
 from aos_gcs.planning.settings import DetectionSettings, RegistrationSettings
 from aos_gcs.ports import ThreadWorker
-from aos_gcs.runtime.verification import verify_mission
-from aos_gcs.runtime.virtual_time import run
+from aos_gcs.runtime.recorded.verification import verify_mission
+from aos_gcs.runtime.simulated.virtual_time import run
 from aos_gcs.store.images import encode_image
 from aos_gcs.store.reader import MissionReader
 from aos_gcs.store.schema import DATABASE_NAME

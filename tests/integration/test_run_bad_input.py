@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from aos_gcs.lab.worlds import ErrorGrade
-from aos_gcs.runtime import demo
+from aos_gcs.runtime.simulated import demo
 from aos_sim.errors.model import error_model
 from aos_sim.swarm import SwarmOptions
 from aos_sim.world.scene import SceneParameters

@@ -18,7 +18,7 @@ from aos_gcs.clock import LoopClock
 from aos_gcs.mission.model.findings import FindingChange, FindingStatus
 from aos_gcs.mission.model.sharing import ChannelState, ChannelStatus
 from aos_gcs.ports import Notice
-from aos_gcs.runtime.sharing_supervisor import open_sharing_process
+from aos_gcs.runtime.processes.sharing_supervisor import open_sharing_process
 from aos_gcs.sharing.channel import ChannelError
 from aos_gcs.sharing.settings import SharingSettings, TakSettings
 from aos_gcs.sharing.tak import connection

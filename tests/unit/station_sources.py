@@ -14,7 +14,7 @@ _STATION: Final = (
         "aos_gcs/runtime/dashboard/process.py",
         "aos_gcs/runtime/survey.py",
     ),
-    *("aos_gcs/runtime/sharing_process.py", "aos_gcs/examination/", "aos_gcs/swarm/", "drivers/aos_drivers/"),
+    *("aos_gcs/runtime/processes/sharing_process.py", "aos_gcs/examination/", "aos_gcs/swarm/", "drivers/aos_drivers/"),
 )
 """Sources with which a station starts, and those that it loads by name."""
 _ERROR: Final = "AosError"

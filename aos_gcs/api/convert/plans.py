@@ -19,13 +19,13 @@ from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.geometry.heights import SEA_LEVEL
 from aos_gcs.groundmap.figures import DetectionFigures
 from aos_gcs.mission.model.vehicles import VehicleSnapshot
-from aos_gcs.planning.advice import Proposal
+from aos_gcs.planning.checks.advice import Proposal
 from aos_gcs.planning.estimate import PlanEstimate
 from aos_gcs.planning.plan import MissionPlan, PlanProblem, StrategyOptions
-from aos_gcs.planning.profile import LegProfile
 from aos_gcs.planning.proposal import altitude_layers
 from aos_gcs.planning.settings import ForestSettings, MissionSettings
 from aos_gcs.planning.shape_files import ImportedShape
+from aos_gcs.planning.terrain.profile import LegProfile
 
 NO_ORIGIN: Final = GeodeticPosition(0.0, 0.0, SEA_LEVEL)
 """Stand-in for the origin of plans without any position."""

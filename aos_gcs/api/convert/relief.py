@@ -9,8 +9,8 @@ from aos_gcs.api.convert.places import vertices
 from aos_gcs.api.models import relief as wire
 from aos_gcs.api.models.base import VertexModel
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
-from aos_gcs.planning.relief import Contours
 from aos_gcs.planning.terrain.ground import EnuBounds
+from aos_gcs.planning.terrain.relief import Contours
 
 _NODES = 8
 """Places along each axis to which the mapping to degrees is fitted: exact to a centimetre, and fast for many points."""

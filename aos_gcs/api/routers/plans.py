@@ -26,14 +26,14 @@ from aos_gcs.api.models.base import ErrorModel
 from aos_gcs.api.models.plans import ImportedShapeModel, PlanModel, PlanReportModel, SavedPlanModel, StrategyModel
 from aos_gcs.errors import ConfigurationError, InputDataError, MissionError
 from aos_gcs.geometry.geodesy import GeodeticPosition
-from aos_gcs.planning.advice import propose
-from aos_gcs.planning.check import OUT_OF_MEMORY, examine_plan
+from aos_gcs.planning.checks.advice import propose
+from aos_gcs.planning.checks.check import OUT_OF_MEMORY, examine_plan
+from aos_gcs.planning.checks.sites import Homes, planned_boundaries
 from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.plan import MissionPlan, available_options, plan_of
-from aos_gcs.planning.profile import LegProfile, plan_profile
 from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.planning.shape_files import MAX_FILE_BYTES, import_shapes
-from aos_gcs.planning.sites import Homes, planned_boundaries
+from aos_gcs.planning.terrain.profile import LegProfile, plan_profile
 
 router = APIRouter(tags=["plans"])
 

@@ -12,7 +12,7 @@ from aos_gcs.api.errors import NotFoundError
 from aos_gcs.api.models.base import ErrorModel
 from aos_gcs.api.models.relief import ContoursModel, ReliefModel
 from aos_gcs.api.relief_maps import ReliefMap
-from aos_gcs.planning.relief import HeightUnit
+from aos_gcs.planning.terrain.relief import HeightUnit
 
 router = APIRouter(prefix="/api/relief", tags=["relief"], responses={422: {"model": ErrorModel}})
 

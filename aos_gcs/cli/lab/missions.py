@@ -131,7 +131,7 @@ def missions(
     from aos_gcs.lab.missions.report import as_markdown, missions_frame, summarise, write_document  # noqa: PLC0415
     from aos_gcs.lab.missions.store import MissionsFolder, reference_missions  # noqa: PLC0415
     from aos_gcs.lab.workers import compute_each  # noqa: PLC0415
-    from aos_gcs.runtime.mission_study import fly_mission  # noqa: PLC0415
+    from aos_gcs.runtime.simulated.mission_study import fly_mission  # noqa: PLC0415
 
     keys = mission_keys(
         parse_densities(densities),

@@ -21,8 +21,8 @@ from aos_gcs.groundmap.detection import DETECTABILITY, Posture, detection_by_vie
 from aos_gcs.groundmap.directions import ViewDirections
 from aos_gcs.groundmap.tile import MAX_VIEWS
 from aos_gcs.lab.search.paths import SearchFlight, ordered
+from aos_gcs.planning.detection.expected_views import forest_directions
 from aos_gcs.planning.estimate import ACCELERATION_MPS2, CLIMB_MPS, SINK_MPS, STILL_S, move_s
-from aos_gcs.planning.expected_views import forest_directions
 from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.planning.proposal import altitude_layers
 from aos_gcs.planning.settings import ForestSettings

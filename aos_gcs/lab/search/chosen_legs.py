@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from aos_gcs.lab.search.chosen import LONGEST_S, SPEEDS_MPS, ViewedCells, targets
 from aos_gcs.lab.search.paths import SearchFlight, ordered
+from aos_gcs.planning.detection.expected_views import LineOfCameras, line_of
 from aos_gcs.planning.estimate import ACCELERATION_MPS2, CLIMB_MPS, SINK_MPS, STILL_S, move_s
-from aos_gcs.planning.expected_views import LineOfCameras, line_of
 from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.swarm.line import line_axis

@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 
 from aos_gcs.imaging.aperture import footprint_m
 from aos_gcs.lab.search.model import Method
+from aos_gcs.planning.detection.expected_views import LineOfCameras, line_of
+from aos_gcs.planning.detection.pod_proposal import propose_pattern
 from aos_gcs.planning.estimate import (
     ACCELERATION_MPS2,
     CLIMB_MPS,
@@ -25,11 +27,9 @@ from aos_gcs.planning.estimate import (
     planned_legs,
     scan_step_m,
 )
-from aos_gcs.planning.expected_views import LineOfCameras, line_of
 from aos_gcs.planning.leg_order import chances_of, order_legs
 from aos_gcs.planning.legs import ScanLeg, in_passes
 from aos_gcs.planning.plan import MissionPlan
-from aos_gcs.planning.pod_proposal import propose_pattern
 from aos_gcs.planning.search_settings import SearchMode
 from aos_gcs.prior.model import AreaPrior
 from aos_gcs.swarm.line import line_axis

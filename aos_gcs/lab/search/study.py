@@ -40,7 +40,7 @@ from aos_gcs.lab.search.paths import SearchFlight, flown_plan, fly_legs
 from aos_gcs.lab.search.persons import person_about_a_point, person_anywhere
 from aos_gcs.lab.walk import free_place
 from aos_gcs.lab.worlds import Target, World, WorldParameters, build_world
-from aos_gcs.planning.expected_views import forest_directions
+from aos_gcs.planning.detection.expected_views import forest_directions
 from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.planning.settings import DetectionSettings
 from aos_gcs.prior.model import AreaPrior

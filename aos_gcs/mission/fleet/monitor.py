@@ -11,7 +11,7 @@ from aos_gcs.airspace.accuracy import Accuracy
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.fleet.accuracies import accuracy_of
 from aos_gcs.mission.fleet.energy import time_home_s
-from aos_gcs.mission.fleet.return_and_land import REPEAT_S, ReturnAndLand
+from aos_gcs.mission.fleet.landing.return_and_land import REPEAT_S, ReturnAndLand
 from aos_gcs.mission.fleet.roster import FLYING, Member
 from aos_gcs.mission.fleet.standing_hold import StandingHold
 from aos_gcs.mission.fleet.watches.accuracy import AccuracyWatch

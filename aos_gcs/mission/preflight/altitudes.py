@@ -12,7 +12,7 @@ from aos_gcs.mission.fleet.roster import Member, Roster
 from aos_gcs.mission.model.checks import PreflightCheck
 from aos_gcs.mission.preflight import checks
 from aos_gcs.mission.preflight.telemetry import GPS_FIXES
-from aos_gcs.planning.advice import MIN_LAYERS_WITHOUT_RTK_M
+from aos_gcs.planning.checks.advice import MIN_LAYERS_WITHOUT_RTK_M
 
 MAX_TEST_RATIO: Final = 0.8
 """Test ratio of the altitude from which an estimator is in doubt; ArduPilot's own failsafe acts there."""

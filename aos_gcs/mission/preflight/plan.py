@@ -6,8 +6,8 @@ from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.mission.model.checks import PreflightCheck
 from aos_gcs.mission.preflight import checks
-from aos_gcs.planning.aperture import advise
-from aos_gcs.planning.prior_check import WHOLE
+from aos_gcs.planning.checks.prior_check import WHOLE
+from aos_gcs.planning.detection.aperture import advise
 from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.prior.file import prior_over
 

@@ -18,12 +18,12 @@ from aos_gcs.mission.fleet.roster import Member
 from aos_gcs.mission.model.checks import PreflightCheck
 from aos_gcs.mission.preflight import checks
 from aos_gcs.planning.estimate import planned_legs
-from aos_gcs.planning.following import highest_return
-from aos_gcs.planning.layer_surface import layer_surface
 from aos_gcs.planning.plan import plan_of
 from aos_gcs.planning.settings import MissionSettings, TerrainSettings
 from aos_gcs.planning.terrain.check import MAX_ALTITUDE_ERROR_M, flown_conflicts, surface_warning
+from aos_gcs.planning.terrain.following import highest_return
 from aos_gcs.planning.terrain.ground import floor_above_ground_m, ground_limits, ground_of_limits
+from aos_gcs.planning.terrain.layer_surface import layer_surface
 from aos_gcs.planning.terrain.returns import ReturnClearance, return_clearance
 
 _CHANGE = "change the plan, or move the launch points"

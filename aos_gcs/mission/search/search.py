@@ -29,8 +29,8 @@ from aos_gcs.mission.search.scan.progress import time_on_legs_s
 from aos_gcs.mission.search.step_work import StepWork
 from aos_gcs.mission.search.strength import SwarmStrength
 from aos_gcs.mission.search.targets.findings import Findings
+from aos_gcs.planning.detection.mixed_line import mixed_formation
 from aos_gcs.planning.legs import ScanLeg, leg_formation, scan_legs
-from aos_gcs.planning.mixed_line import mixed_formation
 from aos_gcs.planning.plan import plan_of
 from aos_gcs.ports import Capture, Severity
 

@@ -17,14 +17,12 @@ from aos_gcs.elevation.likely_cause import likely_cause
 from aos_gcs.elevation.model import SURFACE_WARNING, ModelKind
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.planning.checks.sites import Homes, planned_boundaries
 from aos_gcs.planning.estimate import launch_place, planned_legs
-from aos_gcs.planning.layer_surface import layer_surface
 from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.plan import MissionPlan, PlanProblem
 from aos_gcs.planning.proposal import propose_fence, proposed_floor_m
 from aos_gcs.planning.settings import MissionSettings, TerrainSettings
-from aos_gcs.planning.sites import Homes, planned_boundaries
-from aos_gcs.planning.suspected_holes import suspected_holes
 from aos_gcs.planning.terrain.ground import (
     EnuBounds,
     floor_above_ground_m,
@@ -33,6 +31,8 @@ from aos_gcs.planning.terrain.ground import (
     ground_within,
     open_model,
 )
+from aos_gcs.planning.terrain.layer_surface import layer_surface
+from aos_gcs.planning.terrain.suspected_holes import suspected_holes
 
 FloatArray = NDArray[np.float64]
 

@@ -17,13 +17,13 @@ from aos_gcs.bridge.mirror import MissionMirror
 from aos_gcs.clock import LoopClock
 from aos_gcs.runtime.dashboard.serving import serve_flight
 from aos_gcs.runtime.dashboard.start import ApiStart
-from aos_gcs.runtime.follower import Alive, run_follower
-from aos_gcs.runtime.handover import HandoverPrinter
-from aos_gcs.runtime.operation import Operation
-from aos_gcs.runtime.video_maker import REST_IN_FLIGHT, VideoMaker
-from aos_gcs.runtime.viewer import Viewer
-from aos_gcs.runtime.wall import make_wall
-from aos_gcs.runtime.workers import VIEWS
+from aos_gcs.runtime.processes.follower import Alive, run_follower
+from aos_gcs.runtime.processes.workers import VIEWS
+from aos_gcs.runtime.recorded.handover import HandoverPrinter
+from aos_gcs.runtime.recorded.operation import Operation
+from aos_gcs.runtime.recorded.viewer import Viewer
+from aos_gcs.runtime.wall.live import make_wall
+from aos_gcs.runtime.wall.video_maker import REST_IN_FLIGHT, VideoMaker
 from aos_gcs.workers.process import open_worker
 
 _MEMORY_BYTES: Final = 2 * 2**30

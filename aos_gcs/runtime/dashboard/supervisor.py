@@ -15,8 +15,8 @@ from aos_gcs.mission.control import MissionCommands, MissionView
 from aos_gcs.ports import Notice
 from aos_gcs.runtime.dashboard.start import ApiStart
 from aos_gcs.runtime.encryption import tls_files
+from aos_gcs.runtime.processes.supervisor import Program, Supervisor
 from aos_gcs.runtime.sign_in import announce
-from aos_gcs.runtime.supervisor import Program, Supervisor
 
 _MODULE: Final = "aos_gcs.runtime.dashboard.process"
 

@@ -16,7 +16,7 @@ import pytest
 from aos_gcs.exports.live_kml import live_kml
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.model.findings import FindingChange, FindingStatus
-from aos_gcs.runtime.viewer import Viewer
+from aos_gcs.runtime.recorded.viewer import Viewer
 from tests.fakes.app import app_of
 from tests.fakes.mission import ScriptedMission
 from tests.fakes.recording import HandClock

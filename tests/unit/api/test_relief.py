@@ -16,8 +16,8 @@ from aos_gcs.api import relief_maps
 from aos_gcs.api.app import create_app
 from aos_gcs.clock import LoopClock
 from aos_gcs.geometry.geodesy import LocalFrame
-from aos_gcs.planning.relief import HeightUnit
 from aos_gcs.planning.settings import TerrainSettings
+from aos_gcs.planning.terrain.relief import HeightUnit
 from tests.fakes.app import app_of
 from tests.fakes.mission import ORIGIN, ScriptedMission
 from tests.fakes.relief import hill, terrain, write_relief

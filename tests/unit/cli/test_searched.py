@@ -23,7 +23,7 @@ from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.planning.search_settings import SearchSettings
 from aos_gcs.planning.settings import ForestSettings, MissionSettings
 from aos_gcs.runtime.continuing import continued_sortie
-from aos_gcs.runtime.viewer import Viewer
+from aos_gcs.runtime.recorded.viewer import Viewer
 from aos_gcs.store.database import MissionDatabase
 from tests.fakes.app import app_of
 from tests.fakes.command_line import exit_status

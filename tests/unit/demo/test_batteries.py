@@ -12,7 +12,7 @@ from aos_gcs.config.file import parse_config
 from aos_gcs.config.settings import mission_settings
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.planning.settings import MissionSettings
-from aos_gcs.runtime.demo import (
+from aos_gcs.runtime.simulated.demo import (
     MAX_SWAP_S,
     MAX_VEHICLES,
     RELAY_AREA_ENU_M,

@@ -7,7 +7,7 @@ import pytest
 from aos_gcs.config.file import parse_config
 from aos_gcs.config.settings import mission_settings
 from aos_gcs.errors import ConfigurationError
-from aos_gcs.runtime.demo import DemoOptions, _simulator_command, _tables
+from aos_gcs.runtime.simulated.demo import DemoOptions, _simulator_command, _tables
 from aos_sim.swarm import SwarmOptions, home_positions_enu_m
 
 

@@ -13,8 +13,8 @@ from aos_gcs.config.file import parse_config
 from aos_gcs.config.model import ServiceConfig
 from aos_gcs.config.settings import mission_settings
 from aos_gcs.errors import ConfigurationError
-from aos_gcs.runtime.demo import DemoOptions
-from aos_gcs.runtime.demo_terrain import terrain_tables
+from aos_gcs.runtime.simulated.demo import DemoOptions
+from aos_gcs.runtime.simulated.demo_terrain import terrain_tables
 from aos_gcs.scripting import ScriptOptions
 from tests.fakes.relief import ORIGIN, Relief, hill, terrain, write_relief
 

@@ -19,11 +19,11 @@ from aos_gcs.elevation.suspects import overlaps, zeros_at_a_step
 from aos_gcs.errors import InputDataError
 from aos_gcs.geometry.heights import AmslM
 from aos_gcs.imaging.step.settings import ImagingSettings
-from aos_gcs.planning.check import check_plan
+from aos_gcs.planning.checks.check import check_plan
 from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.planning.settings import MissionSettings, TerrainSettings
-from aos_gcs.planning.suspected_holes import holes_warning
 from aos_gcs.planning.terrain.ground import EnuBounds, ground_heights_m, ground_within
+from aos_gcs.planning.terrain.suspected_holes import holes_warning
 from tests.fakes.elevation_files import PLACE_DEG, write_geoid, write_model
 from tests.fakes.relief import ORIGIN, terrain, write_relief
 

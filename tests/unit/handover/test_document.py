@@ -29,7 +29,7 @@ from aos_gcs.handover.styles import paragraph
 from aos_gcs.handover.texts import make_writer, markup, shortened
 from aos_gcs.mission.model.events import Event, EventKind
 from aos_gcs.mission.model.findings import FindingStatus
-from aos_gcs.runtime import handover as runtime
+from aos_gcs.runtime.recorded import handover as runtime
 from aos_gcs.store.reader import MissionReader
 from aos_gcs.store.recorder import MissionRecorder
 from tests.fakes import records

@@ -14,7 +14,7 @@ from aos_gcs.handover.contents import read_handover
 from aos_gcs.handover.model import HandoverOptions, ReportedFinding
 from aos_gcs.mission.model.events import Event
 from aos_gcs.mission.model.findings import FindingStatus
-from aos_gcs.runtime import handover as runtime
+from aos_gcs.runtime.recorded import handover as runtime
 from aos_gcs.store.reader import MissionReader
 from aos_gcs.store.recorder import MissionRecorder
 from tests.fakes.handed_over import FOUND, START_UTC_S, snapshot_of, state

@@ -123,7 +123,7 @@ def test_temperatures_of_another_day_make_nothing_sure() -> None:
 
 
 def test_stones_in_the_sun_are_hotter_than_skin() -> None:
-    """As seen on clear days, in a forest of 17 °C: a stone, and a person whose face is as warm as it is anywhere."""
+    """Clear days, a forest of 17 °C: a stone, and a person whose face is as warm as it is anywhere."""
     stone = replace(STONE, contrast_median_k=19.0, contrast_peak_k=21.0)
     person = replace(PERSON, contrast_median_k=12.0, contrast_peak_k=16.0)
     assert person_confidence(stone) > 0.9, "on a cool day, when nothing else is so warm"

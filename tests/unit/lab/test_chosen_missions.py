@@ -12,12 +12,12 @@ import pytest
 
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.lab.missions.model import MissionsSettings
-from aos_gcs.planning.expected_views import line_of, predicted_detection
+from aos_gcs.planning.detection.expected_views import line_of, predicted_detection
 from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.plan import plan_of
 from aos_gcs.planning.proposal import FREE_GROUND_M
 from aos_gcs.planning.settings import MissionSettings
-from aos_gcs.runtime.planned_missions import planned_for, predicted, with_chosen_legs
+from aos_gcs.runtime.simulated.planned_missions import planned_for, predicted, with_chosen_legs
 from aos_gcs.swarm.line import line_axis
 from tests.unit.lab.test_planned_missions import mission
 

@@ -16,8 +16,8 @@ from aos_gcs.lab.missions.store import MISSIONS_FILE, MissionsFolder, reference_
 from aos_gcs.mission.model.decisions import ConclusionRecord
 from aos_gcs.mission.model.findings import Finding, FindingStatus, TargetEstimate
 from aos_gcs.mission.model.phase import Phase
-from aos_gcs.runtime.mission_study import false_approaches, judge
-from aos_gcs.runtime.virtual_mission import FlownMission
+from aos_gcs.runtime.simulated.mission_study import false_approaches, judge
+from aos_gcs.runtime.simulated.virtual_mission import FlownMission
 from tests.fakes.records import snapshot, step_record
 
 PERSON = (0.0, 0.0)

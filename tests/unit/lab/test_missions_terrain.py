@@ -15,7 +15,7 @@ from aos_gcs.lab.missions.store import MissionsFolder
 from aos_gcs.lab.study_folder import SETTINGS_FILE
 from aos_gcs.planning.settings import FlightSettings
 from aos_gcs.planning.terrain.ground import ground_heights_m
-from aos_gcs.runtime.virtual_mission import mission_settings
+from aos_gcs.runtime.simulated.virtual_mission import mission_settings
 
 
 def flight_over(terrain: str) -> Flight:

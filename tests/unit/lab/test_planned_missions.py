@@ -11,8 +11,8 @@ from aos_gcs.errors import ConfigurationError
 from aos_gcs.lab.missions.model import MissionsSettings
 from aos_gcs.lab.missions.report import as_markdown, summarise
 from aos_gcs.planning.settings import MissionSettings
-from aos_gcs.runtime import planned_missions
-from aos_gcs.runtime.planned_missions import planned_for, predicted
+from aos_gcs.runtime.simulated import planned_missions
+from aos_gcs.runtime.simulated.planned_missions import planned_for, predicted
 from tests.fakes.target_sightings import SETTINGS
 from tests.unit.lab.test_missions import EMPTY, FOUND
 

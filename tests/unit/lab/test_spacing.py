@@ -19,7 +19,7 @@ from aos_gcs.lab.missions.model import MissionsSettings
 from aos_gcs.lab.spacing import spacing_for
 from aos_gcs.planning.settings import FlightSettings
 from aos_gcs.ports import Clock, FlightMode
-from aos_gcs.runtime.virtual_mission import mission_settings
+from aos_gcs.runtime.simulated.virtual_mission import mission_settings
 from aos_sim.errors.model import GRADES
 from aos_sim.flights.swarm import FlownSwarm
 

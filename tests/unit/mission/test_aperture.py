@@ -11,7 +11,7 @@ from aos_gcs.imaging.aperture import plan_aperture, smallest_spacing_m
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.model.checks import CheckStatus
 from aos_gcs.mission.preflight.plan import check_aperture
-from aos_gcs.planning.aperture import advise
+from aos_gcs.planning.detection.aperture import advise
 from aos_gcs.planning.settings import FlightSettings, ForestSettings, MissionSettings
 
 FOREST = ForestSettings(canopy_height_m=18.0, crown_base_m=6.0)

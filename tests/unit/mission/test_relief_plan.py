@@ -6,8 +6,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from aos_gcs.mission.fleet.approach import Moving, meeting_place_m
-from aos_gcs.mission.fleet.relief_plan import relief_times_s
+from aos_gcs.mission.fleet.reinforcements.approach import Moving, meeting_place_m
+from aos_gcs.mission.fleet.reinforcements.relief_plan import relief_times_s
 
 
 def test_without_replacements_each_leaves_by_its_battery() -> None:

@@ -15,9 +15,9 @@ from aos_gcs.airspace.accuracy import needed_spacing_m
 from aos_gcs.airspace.limits import UNLIMITED
 from aos_gcs.airspace.raster import PlanRaster
 from aos_gcs.imaging.step.settings import ImagingSettings
-from aos_gcs.planning import expected_views
-from aos_gcs.planning.advice import propose
-from aos_gcs.planning.check import check_plan
+from aos_gcs.planning.checks.advice import propose
+from aos_gcs.planning.checks.check import check_plan
+from aos_gcs.planning.detection import expected_views
 from aos_gcs.planning.estimate import PlanEstimate, estimate_plan, scan_step_m
 from aos_gcs.planning.plan import MissionPlan, apply_plan, plan_of
 from aos_gcs.planning.search_settings import SearchMode
@@ -368,7 +368,7 @@ def test_a_check_without_memory_is_a_refusal_in_words(monkeypatch: pytest.Monkey
     def exhausted(*_: object) -> PlanEstimate:
         raise MemoryError
 
-    monkeypatch.setattr("aos_gcs.planning.check.estimate_over_ground", exhausted)
+    monkeypatch.setattr("aos_gcs.planning.checks.check.estimate_over_ground", exhausted)
     (problem,) = check_plan(PLAN, SETTINGS)
     assert problem.blocking
     assert "more memory than the station has" in problem.text

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from aos_gcs.planning.detection.expected_views import line_of, predicted_detection
+from aos_gcs.planning.detection.mixed_line import mixed_formation, mixed_layers
 from aos_gcs.planning.estimate import planned_legs
-from aos_gcs.planning.expected_views import line_of, predicted_detection
 from aos_gcs.planning.legs import ScanLeg, leg_formation
-from aos_gcs.planning.mixed_line import mixed_formation, mixed_layers
 from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.planning.settings import ForestSettings
 from tests.unit.mission.test_layers import assert_apart, assert_granted, launch_points, layers_above, limits_of

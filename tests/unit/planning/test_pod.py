@@ -21,13 +21,13 @@ from aos_gcs.groundmap.figures import DetectionFigures
 from aos_gcs.groundmap.ground_map import open_map
 from aos_gcs.imaging.model import Frame
 from aos_gcs.imaging.step.settings import ImagingSettings
-from aos_gcs.planning.advice import propose
-from aos_gcs.planning.check import check_plan
+from aos_gcs.planning.checks.advice import propose
+from aos_gcs.planning.checks.check import check_plan
+from aos_gcs.planning.detection.expected_views import LineOfCameras, expected_views, line_of, predicted_detection
+from aos_gcs.planning.detection.pod_proposal import propose_pattern
 from aos_gcs.planning.estimate import estimate_plan, planned_legs
-from aos_gcs.planning.expected_views import LineOfCameras, expected_views, line_of, predicted_detection
 from aos_gcs.planning.legs import ScanLeg, leg_formation, line_on
 from aos_gcs.planning.plan import MissionPlan, apply_plan, plan_of
-from aos_gcs.planning.pod_proposal import propose_pattern
 from aos_gcs.planning.search_settings import SearchMode, SearchSettings
 from aos_gcs.planning.settings import ForestSettings, MissionSettings
 
@@ -123,7 +123,7 @@ def test_what_cannot_be_reached_is_known_from_the_most_legs_alone(monkeypatch: p
         predicted.append(len(legs))
         return predicted_detection(plan, legs, *arguments)
 
-    monkeypatch.setattr("aos_gcs.planning.pod_proposal.predicted_detection", counting)
+    monkeypatch.setattr("aos_gcs.planning.detection.pod_proposal.predicted_detection", counting)
     assert propose_pattern(replace(PLAN, vehicles=1, forest=replace(FOREST, occlusion=0.99), pod=0.95), 0.0) is None
     fewest, most = predicted
     assert fewest < 10
@@ -134,9 +134,9 @@ def test_a_proposal_ends_with_what_may_be_counted_for_it(monkeypatch: pytest.Mon
     lone = replace(PLAN, vehicles=1, pod=0.8)
     whole = propose_pattern(lone, 0.0)
     assert whole is not None
-    monkeypatch.setattr("aos_gcs.planning.pod_proposal._MOST_OF_A_PATTERN", 200_000)
+    monkeypatch.setattr("aos_gcs.planning.detection.pod_proposal._MOST_OF_A_PATTERN", 200_000)
     assert propose_pattern(lone, 0.0) == whole, "legs that are too many to be counted are not needed"
-    monkeypatch.setattr("aos_gcs.planning.pod_proposal._MOST_OF_A_PATTERN", 1)
+    monkeypatch.setattr("aos_gcs.planning.detection.pod_proposal._MOST_OF_A_PATTERN", 1)
     assert propose_pattern(lone, 0.0) is None
 
 

@@ -21,15 +21,15 @@ from aos_gcs.groundmap.ground_map import open_map
 from aos_gcs.imaging.model import Frame, SurfaceKind
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.imaging.surfaces.terrain import Terrain
+from aos_gcs.planning.detection.expected_views import LineOfCameras, expected_views, predicted_detection
+from aos_gcs.planning.detection.pod_proposal import propose_pattern
 from aos_gcs.planning.estimate import PlanEstimate, estimate_plan
-from aos_gcs.planning.expected_views import LineOfCameras, expected_views, predicted_detection
 from aos_gcs.planning.gaps import find_gap_legs
 from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.plan import MissionPlan
-from aos_gcs.planning.pod_proposal import propose_pattern
-from aos_gcs.planning.relief_estimate import estimate_over_ground
 from aos_gcs.planning.settings import ForestSettings, MissionSettings
-from aos_gcs.planning.viewed_ground import LEVEL_GROUND, ViewedGround, viewed_ground
+from aos_gcs.planning.terrain.relief_estimate import estimate_over_ground
+from aos_gcs.planning.terrain.viewed_ground import LEVEL_GROUND, ViewedGround, viewed_ground
 from tests.fakes.relief import ORIGIN, Relief, level, terrain, write_relief
 
 SQUARE = ((-60.0, 0.0), (60.0, 0.0), (60.0, 120.0), (-60.0, 120.0))

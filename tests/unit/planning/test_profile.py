@@ -12,11 +12,11 @@ import pytest
 pytest.importorskip("rasterio")
 
 from aos_gcs.imaging.step.settings import ImagingSettings
-from aos_gcs.planning import profile as profile_module
-from aos_gcs.planning.check import examine_plan
+from aos_gcs.planning.checks.check import examine_plan
 from aos_gcs.planning.plan import MissionPlan
-from aos_gcs.planning.profile import LegProfile, plan_profile
 from aos_gcs.planning.settings import MissionSettings
+from aos_gcs.planning.terrain import profile as profile_module
+from aos_gcs.planning.terrain.profile import LegProfile, plan_profile
 from tests.fakes.relief import ORIGIN, Relief, hill, terrain, write_relief
 
 SQUARE = ((-50.0, 0.0), (50.0, 0.0), (50.0, 100.0), (-50.0, 100.0))

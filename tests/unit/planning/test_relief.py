@@ -11,9 +11,9 @@ import pytest
 pytest.importorskip("rasterio")
 
 from aos_gcs.errors import InputDataError
-from aos_gcs.planning import relief as relief_module
-from aos_gcs.planning.relief import HeightUnit, Relief, contours, read_relief, relief_bounds, shading_png
+from aos_gcs.planning.terrain import relief as relief_module
 from aos_gcs.planning.terrain.ground import EnuBounds
+from aos_gcs.planning.terrain.relief import HeightUnit, Relief, contours, read_relief, relief_bounds, shading_png
 from tests.fakes.relief import ORIGIN, hill, terrain, write_relief
 
 BOUNDS = EnuBounds(-300.0, -200.0, 300.0, 200.0)

@@ -12,11 +12,11 @@ import pytest
 pytest.importorskip("rasterio")
 
 from aos_gcs.imaging.step.settings import ImagingSettings
-from aos_gcs.planning.check import check_plan
+from aos_gcs.planning.checks.check import check_plan
 from aos_gcs.planning.estimate import CLIMB_MPS, SINK_MPS, PlanEstimate, estimate_plan
 from aos_gcs.planning.plan import MissionPlan
-from aos_gcs.planning.relief_estimate import estimate_over_ground
 from aos_gcs.planning.settings import MissionSettings
+from aos_gcs.planning.terrain.relief_estimate import estimate_over_ground
 from tests.fakes.relief import ORIGIN, Relief, level, terrain, write_relief
 
 SQUARE = ((-100.0, 0.0), (100.0, 0.0), (100.0, 100.0), (-100.0, 100.0))

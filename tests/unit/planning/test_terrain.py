@@ -16,7 +16,7 @@ pytest.importorskip("rasterio")
 from aos_gcs.elevation.model import ModelKind
 from aos_gcs.errors import InputDataError
 from aos_gcs.imaging.step.settings import ImagingSettings
-from aos_gcs.planning.check import check_plan
+from aos_gcs.planning.checks.check import check_plan
 from aos_gcs.planning.plan import MissionPlan, PlanProblem
 from aos_gcs.planning.settings import ForestSettings, MissionSettings
 from aos_gcs.planning.terrain import ground as ground_module

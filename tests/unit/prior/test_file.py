@@ -17,7 +17,7 @@ from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.model.checks import CheckStatus
 from aos_gcs.mission.preflight.plan import check_prior
-from aos_gcs.planning.check import check_plan
+from aos_gcs.planning.checks.check import check_plan
 from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.planning.search_settings import SearchSettings
 from aos_gcs.planning.settings import MissionSettings

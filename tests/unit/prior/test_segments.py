@@ -18,7 +18,7 @@ from aos_gcs.groundmap.detection import DETECTABILITY, Posture, detection_by_vie
 from aos_gcs.groundmap.figures import ViewRaster
 from aos_gcs.groundmap.segments import segment_figures, success_of
 from aos_gcs.imaging.step.settings import ImagingSettings
-from aos_gcs.planning.check import check_plan
+from aos_gcs.planning.checks.check import check_plan
 from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.planning.search_settings import SearchSettings
 from aos_gcs.planning.settings import MissionSettings

@@ -38,7 +38,7 @@ def imported_without(modules: tuple[str, ...], work: str) -> str:
 
 def test_the_demo_needs_no_library_of_other_extras_than_the_simulator() -> None:
     others = tuple(name for name in OF_EXTRAS if name not in {"embreex", "pmtiles"})
-    imported_without(others, "import aos_gcs.runtime.demo, aos_sim.cli")
+    imported_without(others, "import aos_gcs.runtime.simulated.demo, aos_sim.cli")
 
 
 def test_every_command_can_be_loaded_without_any_extra() -> None:

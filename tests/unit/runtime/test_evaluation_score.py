@@ -22,8 +22,8 @@ from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.steps import StepRecord
 from aos_gcs.mission.model.vehicles import Task, VehicleSnapshot
 from aos_gcs.ports import Capture, VehicleState
-from aos_gcs.runtime.evaluation import Score, score_mission
-from aos_gcs.runtime.truth_file import check_world, read_world
+from aos_gcs.runtime.simulated.evaluation import Score, score_mission
+from aos_gcs.runtime.simulated.truth_file import check_world, read_world
 from aos_gcs.store.recorder import MissionRecorder
 from aos_sim.truth import unoccluded_areas_m2
 from aos_sim.world.scene import SceneParameters, build_scene

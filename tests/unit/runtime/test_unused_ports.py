@@ -8,7 +8,7 @@ from itertools import combinations, islice
 
 import pytest
 
-from aos_gcs.runtime.unused_ports import unused_ports
+from aos_gcs.runtime.simulated.unused_ports import unused_ports
 
 
 @pytest.mark.parametrize("kind", [socket.SOCK_DGRAM, socket.SOCK_STREAM])

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from aos_gcs.errors import ConfigurationError, InputDataError, WorkerError
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.viewing import FrameKind, PictureFormat, ViewerBusyError, ViewKind, ViewWindow
-from aos_gcs.runtime.viewer import MAX_WAITING, Viewer, open_viewer
-from aos_gcs.runtime.workers import VIEWS
+from aos_gcs.runtime.processes.workers import VIEWS
+from aos_gcs.runtime.recorded.viewer import MAX_WAITING, Viewer, open_viewer
 from aos_gcs.store.reader import MissionReader
 from aos_gcs.workers.process import open_worker
 from tests.fakes.app import app_of
@@ -99,7 +99,7 @@ async def test_a_close_up_is_as_sharp_as_the_frames(
     viewer: Viewer, kind: ViewKind, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # The raster of all that the frames see is coarser than their pixels.
-    monkeypatch.setattr("aos_gcs.runtime.step_views.MAX_CELLS", 400)
+    monkeypatch.setattr("aos_gcs.runtime.recorded.step_views.MAX_CELLS", 400)
     view = await viewer.view(1, kind, SPOT_HEIGHT_M, ViewWindow(0.5, 0.0, 2.0))
     shades = decoded(view.data)
     assert (view.west_m, view.east_m, view.south_m, view.north_m) == (-1.5, 2.5, -2.0, 2.0)

@@ -7,7 +7,7 @@ import threading
 
 import pytest
 
-from aos_gcs.runtime.virtual_time import run
+from aos_gcs.runtime.simulated.virtual_time import run
 
 
 def test_what_is_handed_to_a_thread_is_computed_at_once() -> None:

@@ -17,7 +17,7 @@ from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.events import Event, EventKind
 from aos_gcs.mission.model.sharing import ChannelState, ChannelStatus
 from aos_gcs.ports import Notice, Severity
-from aos_gcs.runtime.sharing_process import SharingStart
+from aos_gcs.runtime.processes.sharing_process import SharingStart
 from aos_gcs.sharing.settings import SharingSettings, TakSettings
 from aos_gcs.sharing.watch import SharingWatch
 from tests.fakes.app import app_of

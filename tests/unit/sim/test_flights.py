@@ -26,7 +26,7 @@ from aos_gcs.ports import (
     Takeoff,
     Vehicle,
 )
-from aos_gcs.runtime.virtual_time import run
+from aos_gcs.runtime.simulated.virtual_time import run
 from aos_sim.errors.model import error_model
 from aos_sim.flights.world import SimulatedFlight
 from aos_sim.world.scene import Scene, SceneParameters, build_scene

@@ -17,7 +17,7 @@ from aos_gcs.errors import InputDataError
 from aos_gcs.mission.model.phase import Outcome
 from aos_gcs.mission.next_sortie import carried_findings
 from aos_gcs.mission.search.targets.findings import Findings
-from aos_gcs.runtime.operation import Operation, ReplayedOperation
+from aos_gcs.runtime.recorded.operation import Operation, ReplayedOperation
 from aos_gcs.store.database import MissionDatabase
 from aos_gcs.store.operation import read_operation
 from aos_gcs.store.schema import DATABASE_NAME, MANIFEST_NAME

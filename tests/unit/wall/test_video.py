@@ -12,8 +12,8 @@ import pytest
 
 from aos_gcs.errors import InputDataError
 from aos_gcs.geometry.notations import Notation
-from aos_gcs.runtime import wall_video
-from aos_gcs.runtime.wall_video import write_wall_video
+from aos_gcs.runtime.wall import video as wall_video
+from aos_gcs.runtime.wall.video import write_wall_video
 from aos_gcs.wall.composition import Shot, Track, compose, wall_size
 from aos_gcs.wall.model import TileKind, TileName, TilePicture, ViewedPlace
 from aos_gcs.wall.rendering import look, render_frame

@@ -20,8 +20,8 @@ from aos_gcs.errors import WorkerError
 from aos_gcs.geometry.notations import Notation
 from aos_gcs.mission.viewing import ViewerBusyError
 from aos_gcs.ports import ThreadWorker, Worker
-from aos_gcs.runtime import video_maker
-from aos_gcs.runtime.video_maker import VideoMaker
+from aos_gcs.runtime.wall import video_maker
+from aos_gcs.runtime.wall.video_maker import VideoMaker
 from aos_gcs.wall.model import TileKind, TileName
 from aos_gcs.wall.video import VideoPhase, VideoState
 from aos_gcs.workers import process

@@ -12,7 +12,7 @@ from aos_gcs.mission.fleet.roster import FLYING, Member, Roster
 from aos_gcs.mission.fleet.watches.condition import HEARD_AGO_S, has_position
 from aos_gcs.mission.fleet.watches.debounce import Debounce
 from aos_gcs.mission.journal import Journal
-from aos_gcs.planning.advice import MIN_LAYERS_WITHOUT_RTK_M
+from aos_gcs.planning.checks.advice import MIN_LAYERS_WITHOUT_RTK_M
 from aos_gcs.ports import Clock, Severity
 
 _LASTING_S: Final = 5.0

@@ -21,8 +21,8 @@ from aos_gcs.mission.search.frames.ground_in_view import ground_in_view
 from aos_gcs.mission.search.frames.sampling import to_frame
 from aos_gcs.mission.search.targets.findings import Findings
 from aos_gcs.mission.search.targets.persons import Judgement, PersonWatch, watch_persons
-from aos_gcs.planning.layer_surface import layer_surface
 from aos_gcs.planning.terrain.ground import ground_of_limits
+from aos_gcs.planning.terrain.layer_surface import layer_surface
 from aos_gcs.ports import Capture, Severity
 
 

@@ -32,7 +32,7 @@ from aos_gcs.planning.leg_order import chances_of, order_legs, ordered_on_map
 from aos_gcs.planning.legs import ScanLeg, in_passes
 from aos_gcs.planning.plan import MissionPlan, plan_of
 from aos_gcs.planning.settings import MissionSettings
-from aos_gcs.planning.viewed_ground import viewed_ground
+from aos_gcs.planning.terrain.viewed_ground import viewed_ground
 from aos_gcs.ports import Severity, Worker
 from aos_gcs.prior.model import AreaPrior
 

@@ -1,0 +1,1 @@
+"""Ways home and down: return, landing, landing places, and what is below."""

@@ -1,0 +1,1 @@
+"""Checks of plans: what cannot be flown, what may go wrong, and better values."""

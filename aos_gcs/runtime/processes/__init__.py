@@ -1,0 +1,1 @@
+"""Processes beside the flight's: what follows a mission, and workers."""

@@ -1,0 +1,1 @@
+"""Recorded missions: their steps computed again, their views, and what is made of them for others."""
