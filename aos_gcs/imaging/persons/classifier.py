@@ -18,7 +18,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
 from importlib.resources import files
 from pathlib import Path
@@ -55,6 +55,10 @@ _DAYS_K, _DAYS_WEIGHT = np.polynomial.hermite_e.hermegauss(7) * np.array(
     [[DAY_SIGMA_K], [1.0 / math.sqrt(2.0 * math.pi)]]
 )
 """Such differences, and their weights in a mean over days."""
+_COOL_C = 13.0
+"""Temperature of forest and ground up to which the days are such as the models are fitted to."""
+_LEAST_SKIN_K = 8.0
+"""Least contrast of skin that contrasts are related to: below, noise and spots of sun would count as clothes."""
 _CLOTHES_K = 16.0
 """Median contrast above which a body is no more like clothes."""
 _SKIN_K = 20.0
@@ -97,9 +101,23 @@ def person_confidence(evidence: Evidence, model: PersonModel | None = None) -> f
     if evidence.contrast_peak_k > MAX_CONTRAST_K or evidence.vehicles < MIN_VEHICLES:
         return 0.0
     model = default_model() if model is None else model
-    standardised = (np.array([_features(evidence, day_k) for day_k in _DAYS_K]) - model.centres) / model.scales
+    of_a_cool_day = _as_on_a_cool_day(evidence)
+    standardised = (np.array([_features(of_a_cool_day, day_k) for day_k in _DAYS_K]) - model.centres) / model.scales
     log_odds = standardised @ np.array(model.weights) + model.bias + math.log(model.odds)
     return float(_DAYS_WEIGHT @ scipy.special.expit(log_odds)) * _may_be_skin(evidence)
+
+
+def _as_on_a_cool_day(evidence: Evidence) -> Evidence:
+    """Return the evidence with contrasts of a cool day: of a warmer forest a body stands out less, as skin does."""
+    if evidence.background_c is None or evidence.background_c <= _COOL_C:
+        return evidence
+    skin_k = max(SKIN_C - evidence.background_c, _LEAST_SKIN_K)
+    stretch = (SKIN_C - _COOL_C) / skin_k
+    return replace(
+        evidence,
+        contrast_median_k=stretch * evidence.contrast_median_k,
+        contrast_peak_k=stretch * evidence.contrast_peak_k,
+    )
 
 
 def hotter_than_skin_k(evidence: Evidence) -> float:

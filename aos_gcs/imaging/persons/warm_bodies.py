@@ -25,6 +25,11 @@ from aos_gcs.imaging.persons.restoration import restored
 MIN_CONTRAST_K = 4.0
 """Contrast above the frame's median: canopy and ground differ by less even in spots of sun, persons by 10 K and more on
 a cool day."""
+_SUNLIT_SHARE = 3.0
+"""Contrast of a warm pixel over that of the frame's warmest tenth, at least: on warm days leaves and ground in the sun
+are 4 K above the median here and there, and would join all there is to one body."""
+_SUNLIT_K = 6.0
+"""Contrast from which that does not matter: a clearing in the sun hides nobody who stands beside it."""
 LINK_M = 1.5
 """Largest distance at which warm spots belong to one body: views of one person lie 0.9 m apart where positions are
 known to 0.5 m and attitudes to 1 degree."""
@@ -124,8 +129,10 @@ def warm_view(frame: Frame, plane_height_m: float = 0.0) -> WarmView:
     if "thermal" not in frame.bands:
         raise ImagingError(f"Warm bodies need a band 'thermal', but the frame has {', '.join(frame.bands)}.")
     thermal = restored(frame.image[..., frame.bands.index("thermal")])
-    background_c = np.nanmedian(thermal.image[::_BACKGROUND_STRIDE, ::_BACKGROUND_STRIDE])
-    view = view_above(frame, thermal.image - background_c, MIN_CONTRAST_K, plane_height_m)
+    samples_c = thermal.image[::_BACKGROUND_STRIDE, ::_BACKGROUND_STRIDE]
+    background_c, sunlit_c = np.nanquantile(samples_c, [0.5, 0.9])
+    min_contrast_k = min(max(MIN_CONTRAST_K, _SUNLIT_SHARE * float(sunlit_c - background_c)), _SUNLIT_K)
+    view = view_above(frame, thermal.image - background_c, min_contrast_k, plane_height_m)
     is_known = _COLDEST_C <= background_c <= _HOTTEST_C
     return replace(view, out_of_focus=thermal.out_of_focus, background_c=float(background_c) if is_known else None)
 

@@ -101,10 +101,10 @@ def test_nothing_warm_is_no_body() -> None:
 
 
 def sunlit_frame(share: float, edge_px: int = 512) -> Frame:
-    """Forest of 11 °C, of which a share is 5 K warmer."""
+    """Forest of 11 °C, of which a share is 7 K warmer."""
     rng = np.random.default_rng(3)
     camera = CameraModel.from_fov(edge_px, edge_px, math.radians(50.0))
-    thermal = rng.normal(11.0, 0.1, (edge_px, edge_px, 1)) + 5.0 * (rng.random((edge_px, edge_px, 1)) < share)
+    thermal = rng.normal(11.0, 0.1, (edge_px, edge_px, 1)) + 7.0 * (rng.random((edge_px, edge_px, 1)) < share)
     return Frame(1, thermal.astype(np.float32), ("thermal",), nadir_pose([0.0, 0.0, HEIGHT_M]), camera)
 
 
