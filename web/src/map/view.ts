@@ -7,6 +7,7 @@ import type { EnuPoint } from "../state/state";
 import { texts } from "../texts";
 import type { Theme } from "../theme";
 import { chosenUnits } from "../units";
+import { gatherDrawings } from "./gathered_drawing";
 import { enu } from "./geojson";
 import { drawGesturesCoarsely } from "./gesture_drawing";
 import type { AttachedLayer, MapLayer, Scene } from "./layer";
@@ -38,6 +39,7 @@ export class MapView {
   private readonly attached = new Map<string, AttachedLayer>();
   private scene: Scene | null = null;
   private readonly endCoarseDrawing: () => void;
+  private endGathering = (): void => undefined;
 
   /** Show the given camera position, or the fleet without one. */
   constructor(container: HTMLElement, origin: Geodetic, theme: Theme, camera: Camera | null, events: MapEvents) {
@@ -77,6 +79,7 @@ export class MapView {
     this.map.on("resize", () => this.follow());
     this.map.once("load", () => {
       this.isLoaded = true;
+      this.endGathering = gatherDrawings(this.map);
       this.draw();
       this.follow();
     });
@@ -91,6 +94,7 @@ export class MapView {
 
   remove(): void {
     this.endCoarseDrawing();
+    this.endGathering();
     this.map.remove();
   }
 
