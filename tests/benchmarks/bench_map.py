@@ -57,8 +57,7 @@ STOP = "() => { cancelAnimationFrame(window.noting); return window.frames_ms; }"
 class SearchedHectares(ScriptedMission):
     """Shows pictures of 81 ha, in which each step changes what is shown."""
 
-    def _publish_pictures(self, number: int, visibility_m2: float) -> None:
-        del visibility_m2
+    def _publish_pictures(self, number: int) -> None:
         bounds = (-HALF_WIDTH_M, -HALF_WIDTH_M, HALF_WIDTH_M, HALF_WIDTH_M)
         rng = np.random.default_rng(number)
         for kind in PictureKind:

@@ -81,6 +81,7 @@ class ScriptedMission:
         self._chosen = frozenset(range(1, vehicles + 1))
         self._steps: list[StepRecord] = []
         self._pictures: dict[PictureKind, Picture] = {}
+        """Pictures of the latest step that somebody has asked for: painting them takes longer than the step."""
         self._vehicles: list[ScriptedVehicle] = []
         for index in range(vehicles):
             home = (-21.0 + 6.0 * index, -38.0, 0.0)
@@ -134,6 +135,11 @@ class ScriptedMission:
 
     def picture(self, kind: PictureKind) -> Picture | None:
         """Return the latest raster."""
+        if kind not in self._pictures and self._steps:
+            latest = self._steps[-1]
+            bounds = _picture_bounds(latest.step)
+            png = paint(kind, latest.step, bounds, TARGET_ENU_M, latest.visibility_m2)
+            self._pictures[kind] = Picture(kind, latest.step, png, *bounds)
         return self._pictures.get(kind)
 
     async def act(
@@ -306,7 +312,7 @@ class ScriptedMission:
         for vehicle in self._vehicles:
             vehicle.expose(number)
         self.stream.publish(EventKind.STEP, record)
-        self._publish_pictures(number, visibility_m2)
+        self._publish_pictures(number)
 
     def _change_phase(self) -> None:
         if self.suspension is not Suspension.NONE:
@@ -376,16 +382,18 @@ class ScriptedMission:
         checks = scripted_checks(ids, is_confirmed=bool(self._chosen), warning=self.warning)
         return tuple(replace(check, overridden=self.overrides.get((check.vehicle_id, check.name))) for check in checks)
 
-    def _publish_pictures(self, number: int, visibility_m2: float) -> None:
-        east_m = min(TARGET_ENU_M[0], -42.0 + 6.0 * number)
-        north_m = min(TARGET_ENU_M[1], -15.0 + 8.0 * number)
-        bounds = (
-            east_m - _PICTURE_HALF_WIDTH_M,
-            north_m - _PICTURE_HALF_WIDTH_M,
-            east_m + _PICTURE_HALF_WIDTH_M,
-            north_m + _PICTURE_HALF_WIDTH_M,
-        )
-        for kind in PictureKind:
-            png = paint(kind, number, bounds, TARGET_ENU_M, visibility_m2)
-            self._pictures[kind] = Picture(kind, number, png, *bounds)
-        self.stream.publish(EventKind.PICTURES, PicturesRecord(number, tuple(PictureKind), *bounds))
+    def _publish_pictures(self, number: int) -> None:
+        self._pictures.clear()
+        self.stream.publish(EventKind.PICTURES, PicturesRecord(number, tuple(PictureKind), *_picture_bounds(number)))
+
+
+def _picture_bounds(step: int) -> tuple[float, float, float, float]:
+    """Return west, south, east and north of a step's pictures, in metres."""
+    east_m = min(TARGET_ENU_M[0], -42.0 + 6.0 * step)
+    north_m = min(TARGET_ENU_M[1], -15.0 + 8.0 * step)
+    return (
+        east_m - _PICTURE_HALF_WIDTH_M,
+        north_m - _PICTURE_HALF_WIDTH_M,
+        east_m + _PICTURE_HALF_WIDTH_M,
+        north_m + _PICTURE_HALF_WIDTH_M,
+    )
