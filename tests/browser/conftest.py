@@ -9,8 +9,10 @@ import socket
 from collections.abc import AsyncIterator, Callable, Generator
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cache, partial
+from pathlib import Path
 from typing import NoReturn
+from urllib.parse import urlsplit
 
 import pluggy
 import pytest
@@ -55,6 +57,7 @@ _CHROMIUM_ARGUMENTS = [
     "--disable-sync",
     "--no-first-run",
 ]
+AXE = Path(__file__).parents[2] / "web" / "node_modules" / "axe-core" / "axe.min.js"
 WITHOUT_WEBGL = """const get = HTMLCanvasElement.prototype.getContext;
 HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
     return kind.startsWith("webgl") ? null : get.call(this, kind, ...more);
@@ -175,6 +178,27 @@ async def tab(browser: Browser) -> AsyncIterator[Page]:
         yield page
 
 
+@pytest_asyncio.fixture(scope="session", loop_scope="session")
+async def other_tab(browser: Browser) -> AsyncIterator[Page]:
+    """The same for those who look at a mission on a second screen."""
+    async with new_page(browser) as page:
+        await page.add_init_script(WITHOUT_WEBGL)
+        yield page
+
+
+@pytest_asyncio.fixture(scope="session", loop_scope="session")
+async def axe_tab(browser: Browser) -> AsyncIterator[Page]:
+    """The same for axe, which may be loaded into it; ours lets in no other scripts."""
+    if not AXE.is_file():
+        unavailable("axe is not installed: run npm ci in web/")
+    context = await browser.new_context(viewport=VIEWPORT_PX, reduced_motion="reduce", bypass_csp=True)
+    page = await context.new_page()
+    page.set_default_timeout(TIMEOUT_MS)
+    await page.add_init_script(WITHOUT_WEBGL)
+    yield page
+    await context.close()
+
+
 @pytest_asyncio.fixture(loop_scope="session")
 async def map_page(map_tab: Page, page_record: PageRecord) -> AsyncIterator[Page]:
     async with lent(map_tab, page_record):
@@ -186,6 +210,20 @@ async def page(tab: Page, page_record: PageRecord) -> AsyncIterator[Page]:
     """A page in a browser without WebGL: everything but the map is as it is, and much faster without a GPU."""
     async with lent(tab, page_record):
         yield tab
+
+
+@pytest_asyncio.fixture(loop_scope="session")
+async def other_page(other_tab: Page) -> AsyncIterator[Page]:
+    """A second screen, without WebGL too, with storage and cookies of its own."""
+    async with lent(other_tab, PageRecord()):
+        yield other_tab
+
+
+@pytest_asyncio.fixture(loop_scope="session")
+async def axe_page(axe_tab: Page) -> AsyncIterator[Page]:
+    """A page without WebGL that axe can be loaded into."""
+    async with lent(axe_tab, PageRecord()):
+        yield axe_tab
 
 
 @asynccontextmanager
@@ -208,25 +246,43 @@ async def lent(page: Page, record: PageRecord) -> AsyncIterator[None]:
     record.unwatch(page)
     await page.mouse.up()
     await page.unroute_all(behavior="ignoreErrors")
-    if page.url.startswith("http:"):
-        await page.evaluate("() => localStorage.clear()")
+    address = urlsplit(page.url)
     await page.goto("about:blank")
+    if address.scheme == "http":
+        await forget(page, f"http://{address.netloc}")
     await page.context.clear_cookies()
     await page.context.set_offline(False)
     await page.emulate_media(media="null")
     await page.set_viewport_size(VIEWPORT_PX)
 
 
+async def forget(page: Page, origin: str) -> None:
+    """Have the browser forget what the page has stored; it keeps files and what it has compiled of them."""
+    session = await page.context.new_cdp_session(page)
+    stored = {"origin": origin, "storageTypes": "local_storage,indexeddb,cache_storage"}
+    await session.send("Storage.clearDataForOrigin", stored)
+    await session.detach()
+
+
+@cache
+def usual_port() -> int:
+    """The port of all missions of this process, one after another: a page at the same address is not compiled anew.
+
+    It is odd, as those of :func:`unused_port` are even: nobody else takes it between two missions.
+    """
+    return unused_port(socket.SOCK_STREAM) + 1
+
+
 class Service:
     """A scripted mission behind the real server; can be stopped and started again on the same port."""
 
-    def __init__(self, mission: ScriptedMission, make_app: Callable[[ScriptedMission], FastAPI] = app_of) -> None:
+    def __init__(self, mission: ScriptedMission, make_app: Callable[[ScriptedMission], FastAPI], port: int) -> None:
         self.mission = mission
         self.url = ""
         self._make_app = make_app
         self._stop = asyncio.Event()
         self._task: asyncio.Task[None] | None = None
-        self._port = unused_port(socket.SOCK_STREAM)
+        self._port = port
         self._flying: asyncio.Task[None] | None = None
 
     def fly(self) -> None:
@@ -263,10 +319,12 @@ class Service:
 
 
 @asynccontextmanager
-async def serving(make_app: Callable[[ScriptedMission], FastAPI] = app_of, vehicles: int = 8) -> AsyncIterator[Service]:
-    """Serve a scripted mission for as long as the context is entered."""
+async def serving(
+    make_app: Callable[[ScriptedMission], FastAPI] = app_of, vehicles: int = 8, port: int | None = None
+) -> AsyncIterator[Service]:
+    """Serve a scripted mission for as long as the context is entered, on the usual port unless another one is given."""
     mission = ScriptedMission(LoopClock(), vehicles)
-    service = Service(mission, make_app)
+    service = Service(mission, make_app, usual_port() if port is None else port)
     await service.start()
     service.fly()
     try:

@@ -2,36 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator
-from pathlib import Path
 from typing import Any
 
 import pytest
-import pytest_asyncio
-from playwright.async_api import Browser, Page, expect
+from playwright.async_api import Page, expect
 
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.ports import Severity
-from tests.browser.conftest import WITHOUT_WEBGL, Service, unavailable
+from tests.browser.conftest import AXE, Service
 from tests.browser.pages import VIEWS, open_page, press_briefly
 
 pytestmark = pytest.mark.asyncio(loop_scope="session")
 
-AXE = Path(__file__).parents[2] / "web" / "node_modules" / "axe-core" / "axe.min.js"
 THEMES = ("dark", "light", "contrast")
 CONTRAST = ("color-contrast",)
-
-
-@pytest_asyncio.fixture(scope="module", loop_scope="session")
-async def checked_page(browser: Browser) -> AsyncIterator[Page]:
-    """A page that axe may be loaded into; ours lets in no other scripts."""
-    if not AXE.is_file():
-        unavailable("axe is not installed: run npm ci in web/")
-    context = await browser.new_context(viewport={"width": 1280, "height": 800}, bypass_csp=True)
-    page = await context.new_page()
-    await page.add_init_script(WITHOUT_WEBGL)
-    yield page
-    await context.close()
 
 
 async def axe_issues(page: Page, *rules: str) -> list[str]:
@@ -46,8 +30,8 @@ async def axe_issues(page: Page, *rules: str) -> list[str]:
     ]
 
 
-async def test_axe_finds_no_issue_in_any_view_and_theme(checked_page: Page, service) -> None:
-    page = checked_page
+async def test_axe_finds_no_issue_in_any_view_and_theme(axe_page: Page, service) -> None:
+    page = axe_page
     await open_page(page, service.url)
     await page.add_script_tag(path=AXE)
     await service.mission.act(Action.START, None)
@@ -83,12 +67,12 @@ async def test_axe_finds_no_issue_in_any_view_and_theme(checked_page: Page, serv
         assert await axe_issues(page, *CONTRAST) == [], theme
 
 
-async def test_axe_finds_no_issue_in_a_replay(checked_page: Page, replayed: str) -> None:
-    await open_page(checked_page, replayed)
-    await checked_page.add_script_tag(path=AXE)
-    await checked_page.get_by_test_id("replay-event").last.focus()
-    await expect(checked_page.get_by_test_id("replay-tip")).to_be_visible()
-    assert await axe_issues(checked_page) == []
+async def test_axe_finds_no_issue_in_a_replay(axe_page: Page, replayed: str) -> None:
+    await open_page(axe_page, replayed)
+    await axe_page.add_script_tag(path=AXE)
+    await axe_page.get_by_test_id("replay-event").last.focus()
+    await expect(axe_page.get_by_test_id("replay-tip")).to_be_visible()
+    assert await axe_issues(axe_page) == []
 
 
 async def test_states_are_told_where_the_system_forces_its_colours(page: Page, service: Service) -> None:

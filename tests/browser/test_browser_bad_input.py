@@ -53,17 +53,15 @@ async def planned(tmp_path: Path, dashboard_build: None) -> AsyncIterator[Servic
         yield service
 
 
-async def test_two_operators_who_plan_at_once_lose_nothing(page: Page, browser: Browser, planned: Service) -> None:
+async def test_two_operators_who_plan_at_once_lose_nothing(page: Page, other_page: Page, planned: Service) -> None:
     await open_page(page, planned.url, "plan")
     spacing = page.get_by_test_id("plan-layer_spacing_m")
     await spacing.fill("4")
-    async with new_page(browser) as other:
-        await other.add_init_script(WITHOUT_WEBGL)
-        await open_page(other, planned.url, "plan")
-        await other.get_by_test_id("plan-layer_spacing_m").fill("5")
-        await expect(other.get_by_test_id("plan-apply")).to_be_enabled()
-        await other.get_by_test_id("plan-apply").click()
-        await expect(other.get_by_test_id("plan-answer")).to_contain_text("Plan applied")
+    await open_page(other_page, planned.url, "plan")
+    await other_page.get_by_test_id("plan-layer_spacing_m").fill("5")
+    await expect(other_page.get_by_test_id("plan-apply")).to_be_enabled()
+    await other_page.get_by_test_id("plan-apply").click()
+    await expect(other_page.get_by_test_id("plan-answer")).to_contain_text("Plan applied")
     await expect(page.get_by_test_id("plan-reload")).to_be_visible()
     await expect(spacing).to_have_value("4")
     await page.get_by_test_id("plan-reload").click()

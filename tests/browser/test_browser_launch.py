@@ -5,11 +5,11 @@ from __future__ import annotations
 import re
 
 import pytest
-from playwright.async_api import Browser, Page, expect
+from playwright.async_api import Page, expect
 
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.ports import Severity
-from tests.browser.conftest import OPERATOR_CODE, Service, new_page
+from tests.browser.conftest import OPERATOR_CODE, Service
 from tests.browser.pages import hold, open_page, sign_in, wait_for
 
 pytestmark = pytest.mark.asyncio(loop_scope="session")
@@ -81,62 +81,59 @@ async def test_another_number_of_vehicles_than_planned_is_confirmed_by_itself(pa
 
 
 async def test_whose_name_the_browser_knows_opens_the_address_and_launches_by_two_keys(
-    browser: Browser, guarded_service: Service
+    page: Page, guarded_service: Service
 ) -> None:
-    async with new_page(browser) as page:
-        await page.goto(f"{guarded_service.url}#code={OPERATOR_CODE}")
-        await sign_in(page, "Ada")
-        await expect(page.get_by_test_id("operator")).to_have_text("Ada")
-        await page.context.clear_cookies()
-        await page.goto("about:blank")
-        await page.goto(f"{guarded_service.url}#code={OPERATOR_CODE}")
-        await expect(page.get_by_test_id("operator")).to_have_text("Ada")
-        await expect(page.get_by_test_id("view-prepare")).to_have_attribute("aria-current", "page")
-        await expect(page.get_by_test_id("launch-consequence")).to_contain_text("Recorded as Ada")
-        await expect(page.get_by_role("group", name="Launch")).to_be_focused()
-        await expect(page.get_by_test_id("launch")).to_be_enabled()
-        await page.keyboard.press("Tab")
-        await expect(page.get_by_test_id("launch")).to_be_focused()
-        await page.keyboard.down("Enter")
-        await expect(page.get_by_test_id("phase")).not_to_have_text("Ready")
-        await page.keyboard.up("Enter")
+    await page.goto(f"{guarded_service.url}#code={OPERATOR_CODE}")
+    await sign_in(page, "Ada")
+    await expect(page.get_by_test_id("operator")).to_have_text("Ada")
+    await page.context.clear_cookies()
+    await page.goto("about:blank")
+    await page.goto(f"{guarded_service.url}#code={OPERATOR_CODE}")
+    await expect(page.get_by_test_id("operator")).to_have_text("Ada")
+    await expect(page.get_by_test_id("view-prepare")).to_have_attribute("aria-current", "page")
+    await expect(page.get_by_test_id("launch-consequence")).to_contain_text("Recorded as Ada")
+    await expect(page.get_by_role("group", name="Launch")).to_be_focused()
+    await expect(page.get_by_test_id("launch")).to_be_enabled()
+    await page.keyboard.press("Tab")
+    await expect(page.get_by_test_id("launch")).to_be_focused()
+    await page.keyboard.down("Enter")
+    await expect(page.get_by_test_id("phase")).not_to_have_text("Ready")
+    await page.keyboard.up("Enter")
     assert guarded_service.mission.actions == [STARTED]
     assert guarded_service.mission.operators == ["Ada"]
 
 
 async def test_somebody_else_at_a_screen_that_knows_a_name_needs_neither_the_code_nor_a_sign_out(
-    browser: Browser, guarded_service: Service
+    page: Page, guarded_service: Service
 ) -> None:
-    async with new_page(browser) as page:
-        await open_page(page, guarded_service.url)
-        await expect(page.get_by_test_id("not-me")).to_have_count(0)
-        await page.evaluate("() => localStorage.setItem('aos-gcs-operator', 'Ada')")
-        await page.goto("about:blank")
-        await page.goto(f"{guarded_service.url}#code={OPERATOR_CODE}")
-        await expect(page.get_by_test_id("operator")).to_have_text("Ada")
-        await page.get_by_test_id("not-me").click()
-        await expect(page.get_by_test_id("sign-in-until")).to_contain_text("Ada stays signed in")
-        await expect(page.get_by_test_id("dialog-hold-all")).to_be_visible()
-        await page.keyboard.press("Escape")  # pressed by mistake
-        await expect(page.get_by_test_id("operator")).to_have_text("Ada")
-        await page.get_by_test_id("not-me").click()
-        await expect(page.get_by_test_id("sign-in-name")).to_have_value("")
-        await sign_in(page, "Ben")
-        await expect(page.get_by_test_id("operator")).to_have_text("Ben")
-        await expect(page.get_by_test_id("launch-consequence")).to_contain_text("Recorded as Ben")
-        await page.get_by_test_id("not-me").click()
-        await page.get_by_test_id("sign-in-cancel").click()
-        await expect(page.get_by_test_id("observer")).to_be_visible()
+    await open_page(page, guarded_service.url)
+    await expect(page.get_by_test_id("not-me")).to_have_count(0)
+    await page.evaluate("() => localStorage.setItem('aos-gcs-operator', 'Ada')")
+    await page.goto("about:blank")
+    await page.goto(f"{guarded_service.url}#code={OPERATOR_CODE}")
+    await expect(page.get_by_test_id("operator")).to_have_text("Ada")
+    await page.get_by_test_id("not-me").click()
+    await expect(page.get_by_test_id("sign-in-until")).to_contain_text("Ada stays signed in")
+    await expect(page.get_by_test_id("dialog-hold-all")).to_be_visible()
+    await page.keyboard.press("Escape")  # pressed by mistake
+    await expect(page.get_by_test_id("operator")).to_have_text("Ada")
+    await page.get_by_test_id("not-me").click()
+    await expect(page.get_by_test_id("sign-in-name")).to_have_value("")
+    await sign_in(page, "Ben")
+    await expect(page.get_by_test_id("operator")).to_have_text("Ben")
+    await expect(page.get_by_test_id("launch-consequence")).to_contain_text("Recorded as Ben")
+    await page.get_by_test_id("not-me").click()
+    await page.get_by_test_id("sign-in-cancel").click()
+    await expect(page.get_by_test_id("observer")).to_be_visible()
 
 
-async def test_a_known_name_with_a_wrong_code_is_asked_for_the_code(browser: Browser, guarded_service: Service) -> None:
-    async with new_page(browser) as page:
-        await open_page(page, guarded_service.url)
-        await page.evaluate("() => localStorage.setItem('aos-gcs-operator', 'Ada')")
-        await page.goto("about:blank")
-        await page.goto(f"{guarded_service.url}#code=wrong-code")
-        await expect(page.get_by_test_id("sign-in")).to_be_visible()
-        await expect(page.get_by_test_id("observer")).to_be_visible()
+async def test_a_known_name_with_a_wrong_code_is_asked_for_the_code(page: Page, guarded_service: Service) -> None:
+    await open_page(page, guarded_service.url)
+    await page.evaluate("() => localStorage.setItem('aos-gcs-operator', 'Ada')")
+    await page.goto("about:blank")
+    await page.goto(f"{guarded_service.url}#code=wrong-code")
+    await expect(page.get_by_test_id("sign-in")).to_be_visible()
+    await expect(page.get_by_test_id("observer")).to_be_visible()
 
 
 @pytest.mark.parametrize("width_px", [1280, 390])

@@ -7,12 +7,12 @@ from collections.abc import AsyncIterator
 
 import pytest
 import pytest_asyncio
-from playwright.async_api import Browser, Page, Request, Route, expect
+from playwright.async_api import Page, Request, Route, expect
 
 from aos_gcs.mission.model.actions import Action
-from tests.browser.conftest import OPERATOR_CODE, WITHOUT_WEBGL, Service, unavailable
+from tests.browser.conftest import AXE, OPERATOR_CODE, Service
 from tests.browser.pages import hold
-from tests.browser.test_browser_accessibility import AXE, axe_issues
+from tests.browser.test_browser_accessibility import axe_issues
 
 pytestmark = pytest.mark.asyncio(loop_scope="session")
 
@@ -135,13 +135,10 @@ async def test_a_wrong_code_is_told_beside_the_name_and_can_be_typed_anew(page: 
 
 @pytest.mark.parametrize("width_px", [1280, 800, 390])
 async def test_the_field_fits_the_header_and_readers_of_the_screen(
-    browser: Browser, guarded_service: Service, width_px: int
+    axe_page: Page, guarded_service: Service, width_px: int
 ) -> None:
-    if not AXE.is_file():
-        unavailable("axe is not installed: run npm ci in web/")
-    context = await browser.new_context(viewport={"width": width_px, "height": 844}, bypass_csp=True)
-    page = await context.new_page()
-    await page.add_init_script(WITHOUT_WEBGL)
+    page = axe_page
+    await page.set_viewport_size({"width": width_px, "height": 844})
     await open_address(page, guarded_service, "wrong-code")
     await page.add_script_tag(path=AXE)
     await page.keyboard.type("Katharina Bergmoser")
@@ -156,4 +153,3 @@ async def test_the_field_fits_the_header_and_readers_of_the_screen(
     assert field["x"] >= 0
     assert field["x"] + field["width"] <= width_px
     assert 0 < refusal["y"] - (field["y"] + field["height"]) < 40, "beside the field"
-    await context.close()

@@ -40,11 +40,10 @@ async def test_a_mission_that_hangs_is_never_shown_as_current(page: Page, servic
     await expect(page.get_by_test_id("connection")).to_have_attribute("data-state", "open")
 
 
-async def test_an_alert_is_acknowledged_once_for_all_screens(page: Page, guarded_service: Service) -> None:
-    service = guarded_service
-    assert page.context.browser is not None
-    elsewhere = await page.context.browser.new_context()
-    observer = await elsewhere.new_page()
+async def test_an_alert_is_acknowledged_once_for_all_screens(
+    page: Page, other_page: Page, guarded_service: Service
+) -> None:
+    service, observer = guarded_service, other_page
     for screen in (page, observer):
         await open_page(screen, service.url)
     await page.get_by_test_id("sign-in-open").click()
@@ -63,7 +62,6 @@ async def test_an_alert_is_acknowledged_once_for_all_screens(page: Page, guarded
     await expect(observer.get_by_test_id("alert-bar")).to_have_count(0)
     service.mission.notify(Severity.CRITICAL, "link lost", 6)
     await expect(observer.get_by_test_id("alert-bar")).to_be_visible()
-    await elsewhere.close()
 
 
 async def test_a_page_that_was_away_for_too_long_says_what_it_has_missed(page: Page, service: Service) -> None:

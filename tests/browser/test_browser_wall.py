@@ -10,12 +10,12 @@ from pathlib import Path
 
 import pytest
 from fastapi import FastAPI
-from playwright.async_api import Browser, Page, expect
+from playwright.async_api import Page, expect
 
 from aos_gcs.clock import machine_utc_s
-from tests.browser.conftest import OPERATOR_CODE, WITHOUT_WEBGL, PageRecord, Service, serving
+from tests.browser.conftest import AXE, OPERATOR_CODE, PageRecord, Service, serving
 from tests.browser.pages import open_page, sign_in
-from tests.browser.test_browser_accessibility import AXE, axe_issues
+from tests.browser.test_browser_accessibility import axe_issues
 from tests.fakes.app import app_of
 from tests.fakes.mission import ScriptedMission
 from tests.fakes.videos import ScriptedVideos
@@ -51,13 +51,11 @@ async def cameras(folder: Path) -> AsyncIterator[tuple[Service, set[int]]]:
 
 
 async def test_tiles_are_chosen_followed_and_grow_old(
-    browser: Browser,
+    axe_page: Page,
     dashboard_build: None,  # noqa: ARG001 - asked for its check only
     tmp_path: Path,
 ) -> None:
-    context = await browser.new_context(viewport={"width": 1280, "height": 800}, bypass_csp=True)
-    page = await context.new_page()
-    await page.add_init_script(WITHOUT_WEBGL)
+    page = axe_page
     async with cameras(tmp_path) as (service, working):
         await open_page(page, service.url, "wall")
         await page.add_script_tag(path=AXE)
@@ -90,7 +88,6 @@ async def test_tiles_are_chosen_followed_and_grow_old(
         await service.start()
         await expect(tile).to_have_attribute("data-state", "live")
         await expect(page.get_by_test_id("tile-2.thermal")).to_have_count(0)
-    await context.close()
 
 
 async def test_a_video_is_made_cancelled_refused_and_downloaded(
