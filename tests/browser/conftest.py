@@ -46,7 +46,8 @@ from tests.fakes.viewed_step import record_viewed_step
 
 expect.set_options(timeout=TIMEOUT_MS)
 
-_CHROMIUM_NAMES = ("chromium", "chromium-browser", "google-chrome")
+_CHROMIUM_NAMES = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
+"""The same browser without its window comes first: it takes a quarter less of the processor."""
 _CHROMIUM_ARGUMENTS = [
     "--headless",
     "--no-sandbox",
