@@ -7,7 +7,7 @@ import os
 import shutil
 import socket
 from collections.abc import AsyncIterator, Callable, Generator
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass, field
 from functools import cache, partial
 from pathlib import Path
@@ -271,7 +271,11 @@ def usual_port() -> int:
 
     It is odd, as those of :func:`unused_port` are even: nobody else takes it between two missions.
     """
-    return unused_port(socket.SOCK_STREAM) + 1
+    while True:
+        port = unused_port(socket.SOCK_STREAM) + 1
+        with socket.socket() as probe, suppress(OSError):  # in use by chance
+            probe.bind(("127.0.0.1", port))
+            return port
 
 
 class Service:
