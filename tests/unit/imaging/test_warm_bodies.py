@@ -118,6 +118,20 @@ def test_a_sunlit_clearing_is_thinned_out(share: float) -> None:
     assert np.ptp(view.points_enu_m, axis=0) == pytest.approx([512 * gsd_m] * 2, rel=0.02)
 
 
+def test_spots_of_sun_on_a_warm_day_join_nothing() -> None:
+    """A fifth of a forest of 25 °C lies in the sun, 2 K warmer in the mean, and a person shows 8 K."""
+    frame = frame_with_spot(kelvin=8.0, offset_k=14.0)
+    rng = np.random.default_rng(5)
+    thermal = frame.image[..., 3]
+    spots_k = np.where(rng.random((16, 16)) < 0.2, rng.normal(2.5, 1.0, (16, 16)), 0.0)
+    sun_k = np.where(thermal < 30.0, np.kron(spots_k, np.ones((8, 8))), 0.0)
+    assert (sun_k > MIN_CONTRAST_K).sum() > 9
+    lit = np.dstack([frame.image[..., :3], thermal + sun_k]).astype(np.float32)
+    (person,), *corners = warm_bodies([warm_view(dataclasses.replace(frame, image=lit))])
+    np.testing.assert_allclose(person.points_enu_m.mean(axis=0), [2.0, -1.0], atol=GSD_M)
+    assert {len(view.points_enu_m) for (view,) in corners} == {1}, "of the largest spots, sharpened"
+
+
 def test_nothing_compares_rows_under_the_lock_of_the_interpreter(monkeypatch: pytest.MonkeyPatch) -> None:
     """Sorting rows did that for seconds: every other thread, with the heartbeat, stood still."""
     unique = np.unique
