@@ -55,9 +55,9 @@ _DAYS_K, _DAYS_WEIGHT = np.polynomial.hermite_e.hermegauss(7) * np.array(
     [[DAY_SIGMA_K], [1.0 / math.sqrt(2.0 * math.pi)]]
 )
 """Such differences, and their weights in a mean over days."""
-_COOL_C = 13.0
+_COOL_C = 16.0
 """Temperature of forest and ground up to which the days are such as the models are fitted to."""
-_LEAST_SKIN_K = 8.0
+_LEAST_SKIN_K = 7.0
 """Least contrast of skin that contrasts are related to: below, noise and spots of sun would count as clothes."""
 _CLOTHES_K = 16.0
 """Median contrast above which a body is no more like clothes."""
