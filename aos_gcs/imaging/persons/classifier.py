@@ -121,7 +121,7 @@ def _as_on_a_cool_day(evidence: Evidence) -> Evidence:
 
 
 def hotter_than_skin_k(evidence: Evidence) -> float:
-    """Return by how much a body is warmer than warm skin; 0 where it is not, or where that is not known."""
+    """Return by how much a body is warmer than skin usually is; 0 where it is not, or where that is not known."""
     if evidence.background_c is None:
         return 0.0
     return max(0.0, evidence.background_c + evidence.contrast_peak_k - SKIN_C)

@@ -256,8 +256,10 @@ def _kind(evidence: Evidence, probability: float) -> FindingKind:
 def _reasons(evidence: Evidence) -> tuple[str, ...]:
     peak_k = evidence.contrast_peak_k
     hotter_k = hotter_than_skin_k(evidence)
-    limit = f", {hotter_k:.0f} K hotter than skin" if hotter_k >= SKIN_SIGMA_K else ""
-    limit = ", hotter than any skin" if peak_k > MAX_CONTRAST_K else limit
+    if peak_k > MAX_CONTRAST_K:
+        limit = ", hotter than any skin"
+    else:
+        limit = f", {hotter_k:.0f} K hotter than skin" if hotter_k >= SKIN_SIGMA_K else ""
     return (
         f"{evidence.contrast_median_k:.0f} K warmer than its surroundings, {peak_k:.0f} K at its warmest{limit}",
         _seen_by(evidence),
