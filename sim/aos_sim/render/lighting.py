@@ -54,7 +54,7 @@ def shade_mesh(mesh: Mesh, occluders: RayCaster, climate: Climate) -> FloatArray
     light = climate.sky * mesh.sky_share + climate.sun * facing * sunlit
     shaded = np.empty((len(mesh), 4), np.float32)
     shaded[:, :3] = np.minimum(mesh.albedo_rgb * light[:, None], 255.0)
-    shaded[:, 3] = climate.temperatures(mesh.temperature_celsius, mesh.material, sunlit)
+    shaded[:, 3] = climate.temperatures(mesh.temperature_celsius, mesh.material, mesh.albedo_rgb, sunlit)
     return shaded
 
 

@@ -18,6 +18,7 @@ from aos_sim.world.person import Person, Posture, person_mesh
 from aos_sim.world.scene import SceneParameters, build_scene
 
 OPEN = RayCaster(np.empty((0, 3, 3), np.float32))
+ROOF = RayCaster(np.array([[[-99, -99, 9], [99, -99, 9], [0, 199, 9]]], np.float32))
 PERSON = Person("anna", np.array([2.0, 30.0, 0.0]), 0.4, 1.75, Posture.STANDING, (200, 40, 40), 32.0, 26.0)
 MIDDLE = np.array([3.0, -2.0, 0.0])
 
@@ -45,7 +46,8 @@ def test_the_cool_morning_changes_no_body() -> None:
 @pytest.mark.parametrize("conditions", [Conditions.CLEAR, Conditions.WARM])
 @pytest.mark.parametrize("kind", [DistractorKind.STONE, DistractorKind.STUMP])
 def test_skin_is_not_the_warmest_where_the_sun_shines(conditions: Conditions, kind: DistractorKind) -> None:
-    skin_celsius = float(shown(person_mesh(PERSON), conditions)[:, 3].max())
+    mesh = person_mesh(PERSON)
+    skin_celsius = float(shown(mesh, conditions)[mesh.material == Material.SKIN, 3].max())
     assert warmest(kind, conditions) > skin_celsius
     assert warmest(DistractorKind.WATER, conditions) < ground_celsius(conditions)
 
@@ -54,19 +56,33 @@ def test_a_warm_day_leaves_little_contrast_of_clothes() -> None:
     mesh = person_mesh(PERSON)
     clothes = mesh.material == Material.CLOTHING
     cool, warm = (
-        float(shown(mesh, conditions)[clothes, 3].mean()) - ground_celsius(conditions)
+        float(shade_mesh(mesh, ROOF, CLIMATES[conditions])[clothes, 3].mean()) - ground_celsius(conditions)
         for conditions in (Conditions.COOL, Conditions.WARM)
     )
     assert cool == pytest.approx(26.0 - GROUND_TEMPERATURE_CELSIUS, abs=1.5)
     assert warm < cool - 6.0
 
 
+@pytest.mark.parametrize("conditions", [Conditions.CLEAR, Conditions.WARM])
+def test_the_sun_makes_clothes_and_fur_hotter_than_skin_the_darker_the_more(conditions: Conditions) -> None:
+    def sun_k(mesh: Mesh, material: Material) -> float:
+        chosen = mesh.material == material
+        shade = shade_mesh(mesh, ROOF, CLIMATES[conditions])[chosen, 3]
+        return float((shown(mesh, conditions)[chosen, 3] - shade).mean())
+
+    dark, bright = (person_mesh(replace(PERSON, clothing_rgb=rgb)) for rgb in ((40, 40, 50), (230, 230, 220)))
+    assert sun_k(dark, Material.CLOTHING) > 12.0
+    assert 2.0 < sun_k(bright, Material.CLOTHING) < 8.0
+    assert sun_k(dark, Material.SKIN) == 0.0
+    boar = distractor_mesh(make_distractor(np.random.default_rng(1), DistractorKind.BOAR, "it", MIDDLE))
+    assert sun_k(boar, Material.FUR) > 8.0
+
+
 def test_nights_are_dark_and_cold_and_overcast_days_without_shadows() -> None:
     mesh = person_mesh(PERSON)
     assert shown(mesh, Conditions.NIGHT)[:, :3].max() < 8.0
     assert ground_celsius(Conditions.NIGHT) == pytest.approx(GROUND_TEMPERATURE_CELSIUS - 5.0, abs=0.7)
-    roof = RayCaster(np.array([[[-99, -99, 9], [99, -99, 9], [0, 199, 9]]], np.float32))
-    dark = shade_mesh(mesh, roof, CLIMATES[Conditions.OVERCAST])
+    dark = shade_mesh(mesh, ROOF, CLIMATES[Conditions.OVERCAST])
     np.testing.assert_array_equal(dark, shown(mesh, Conditions.OVERCAST))
 
 
