@@ -6,7 +6,8 @@ a peak as warm as skin, or a face much warmer than the blanket below; high power
 warmest stones are as warm as clothes, and equally warm all over: what is so, and longer than a person who stands or
 sits, is rather a stone, since a person who lies shows some face. What a single vehicle sees is no evidence, and what is
 hotter than any skin is no person; where cameras know the temperature of the forest, what is warmer than usual skin
-is the less probably one. The model states how many other bodies there are for each person: the rarer persons
+is the less probably one. On a sunny day spots of sun make clothes and fur hotter than skin: there the middle of a body
+counts instead. The model states how many other bodies there are for each person: the rarer persons
 are, the more it takes.
 
 The weights are fitted to simulated scenes by ``aos-gcs lab fit-person`` (docs/effectiveness.md); a model for another
@@ -44,8 +45,12 @@ MAX_CONTRAST_K = 40.0
 SKIN_C = 33.0
 """Usual temperature of skin. The warmer something is at its warmest, the less probably it is a person: on a clear day
 stones in the sun are warmer by a few kelvin, on a warm day by ten."""
-SKIN_SIGMA_K = 2.0
+_SKIN_SIGMA_K = 2.0
 """Standard deviation of that, with the error of a camera's own temperatures. An assumption."""
+_CLOTHES_C, _CLOTHES_SIGMA_K = 31.0, 3.0
+"""Usual temperature of the middle of a clothed body on a sunny day, and its standard deviation. Assumptions."""
+_SKIN_ABOVE_CLOTHES_K = 5.0
+"""Contrast above the middle that counts on a sunny day; spots of sun make clothes warmer by more, and fur as well."""
 MIN_VEHICLES = 2
 """Vehicles that must agree; one alone may see a defective pixel, or a piece of another body beside its place."""
 DAY_SIGMA_K = 2.0
@@ -98,13 +103,22 @@ def person_confidence(evidence: Evidence, model: PersonModel | None = None) -> f
     It holds where there are as many persons per other warm body as the model's ``odds`` say, and is the mean over days
     that are warmer and cooler than those that the model was fitted to, times how likely skin is to be so warm.
     """
-    if evidence.contrast_peak_k > MAX_CONTRAST_K or evidence.vehicles < MIN_VEHICLES:
+    in_shade = _as_in_the_shade(evidence)
+    if in_shade.contrast_peak_k > MAX_CONTRAST_K or evidence.vehicles < MIN_VEHICLES:
         return 0.0
     model = default_model() if model is None else model
-    of_a_cool_day = _as_on_a_cool_day(evidence)
+    of_a_cool_day = _as_on_a_cool_day(in_shade)
     standardised = (np.array([_features(of_a_cool_day, day_k) for day_k in _DAYS_K]) - model.centres) / model.scales
     log_odds = standardised @ np.array(model.weights) + model.bias + math.log(model.odds)
-    return float(_DAYS_WEIGHT @ scipy.special.expit(log_odds)) * _may_be_skin(evidence)
+    return float(_DAYS_WEIGHT @ scipy.special.expit(log_odds)) * _may_be_so_hot(evidence)
+
+
+def _as_in_the_shade(evidence: Evidence) -> Evidence:
+    """Return the evidence with no warmer parts than skin among clothes, which spots of sun may have warmed."""
+    if not evidence.in_sun:
+        return evidence
+    most_k = evidence.contrast_median_k + _SKIN_ABOVE_CLOTHES_K
+    return replace(evidence, contrast_peak_k=min(evidence.contrast_peak_k, most_k))
 
 
 def _as_on_a_cool_day(evidence: Evidence) -> Evidence:
@@ -120,16 +134,29 @@ def _as_on_a_cool_day(evidence: Evidence) -> Evidence:
     )
 
 
-def hotter_than_skin_k(evidence: Evidence) -> float:
-    """Return by how much a body is warmer than skin usually is; 0 where it is not, or where that is not known."""
-    if evidence.background_c is None:
-        return 0.0
-    return max(0.0, evidence.background_c + evidence.contrast_peak_k - SKIN_C)
+def hotter_than_usual_k(evidence: Evidence) -> float | None:
+    """Return by how much a body is hotter than a person usually is; None where it is hardly or is not known.
+
+    Its warmest parts are compared with skin; on a sunny day its middle is with clothes.
+    """
+    hotter_k, sigma_k = _hotter_k(evidence)
+    return hotter_k if hotter_k >= sigma_k else None
 
 
-def _may_be_skin(evidence: Evidence) -> float:
-    """Return how likely skin is to be so warm, relative to skin of the usual temperature, 0 to 1."""
-    return math.exp(-0.5 * (hotter_than_skin_k(evidence) / SKIN_SIGMA_K) ** 2)
+def _hotter_k(evidence: Evidence) -> tuple[float, float]:
+    """Return by how much a body is hotter than usual, or 0, and the standard deviation of what is usual."""
+    background_c = evidence.background_c
+    if background_c is None:
+        return 0.0, _SKIN_SIGMA_K
+    if evidence.in_sun:
+        return max(0.0, background_c + evidence.contrast_median_k - _CLOTHES_C), _CLOTHES_SIGMA_K
+    return max(0.0, background_c + evidence.contrast_peak_k - SKIN_C), _SKIN_SIGMA_K
+
+
+def _may_be_so_hot(evidence: Evidence) -> float:
+    """Return how likely a person is to be so hot, relative to one as warm as usual, 0 to 1."""
+    hotter_k, sigma_k = _hotter_k(evidence)
+    return math.exp(-0.5 * (hotter_k / sigma_k) ** 2)
 
 
 def fit_person_model(evidence: Sequence[Evidence], is_person: Sequence[bool], odds: float = PERSON_ODDS) -> PersonModel:

@@ -22,9 +22,8 @@ from aos_gcs.imaging.persons.classifier import (
     MAX_CONTRAST_K,
     MIN_VEHICLES,
     SKIN_C,
-    SKIN_SIGMA_K,
     PersonModel,
-    hotter_than_skin_k,
+    hotter_than_usual_k,
     person_confidence,
 )
 from aos_gcs.imaging.persons.evidence import Evidence
@@ -255,11 +254,13 @@ def _kind(evidence: Evidence, probability: float) -> FindingKind:
 
 def _reasons(evidence: Evidence) -> tuple[str, ...]:
     peak_k = evidence.contrast_peak_k
-    hotter_k = hotter_than_skin_k(evidence)
-    if peak_k > MAX_CONTRAST_K:
+    hotter_k = hotter_than_usual_k(evidence)
+    if peak_k > MAX_CONTRAST_K and not evidence.in_sun:
         limit = ", hotter than any skin"
+    elif hotter_k is None:
+        limit = ""
     else:
-        limit = f", {hotter_k:.0f} K hotter than skin" if hotter_k >= SKIN_SIGMA_K else ""
+        limit = f", {hotter_k:.0f} K hotter than clothes" if evidence.in_sun else f", {hotter_k:.0f} K hotter than skin"
     return (
         f"{evidence.contrast_median_k:.0f} K warmer than its surroundings, {peak_k:.0f} K at its warmest{limit}",
         _seen_by(evidence),

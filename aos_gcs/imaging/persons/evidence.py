@@ -46,6 +46,8 @@ class Evidence:
     """Size and pattern of warmth of the body; None where too few frames show enough of it."""
     background_c: float | None = None
     """Temperature of forest and ground about it, in degrees Celsius; None where it is not known."""
+    in_sun: bool = False
+    """Whether the sun warms things in spots where most of the frames that show it were taken."""
 
 
 NO_TEMPERATURES = Evidence(0, 0, 0.0, 0.0, 0.0, 0.0, radiometric=False)
@@ -80,6 +82,7 @@ def gather_evidence(body: Sequence[WarmView], among: Sequence[WarmView] = (), pl
         is_smeared=not is_sharp,
         form=form_sums(body, plane_height_m).form(),
         background_c=_background_c(body),
+        in_sun=2 * sum(view.in_sun for view in body) > len(body),
     )
 
 

@@ -82,6 +82,8 @@ class Form:
     """Share of its pixels that are nearer to the warmest than to the middle."""
     out_of_focus: float = 0.0
     """Share of its pixels in frames whose optics were out of focus, where patterns are others."""
+    in_sun: float = 0.0
+    """Share of its pixels in frames of days on which the sun warms things in spots."""
     fineness: float = 1.0
     """Area of a gap between leaves over that of a pixel, where pixels are coarser; else 1."""
 
@@ -107,6 +109,8 @@ class _Sums:
     """Pixels per bin of contrast."""
     out_of_focus: float
     """Weight of the frames whose optics were out of focus."""
+    in_sun: float
+    """Weight of the frames in which the sun warms leaves and ground."""
     gaps: float
     """Gaps between leaves that the pixels are seen through."""
     fine: float
@@ -166,6 +170,7 @@ class FormSums:
             spread_k=float(warmest_k - middle_k) / (1.0 + (_OUT_OF_FOCUS_SPREAD - 1.0) * out_of_focus),
             hot_share=1.0 - float(np.interp((middle_k + warmest_k) / 2.0, _EDGES_K, below)),
             out_of_focus=out_of_focus,
+            in_sun=seen.in_sun / seen.weight,
             fineness=seen.fine / seen.weight,
         )
 
@@ -221,6 +226,7 @@ def form_sums(body: Sequence[WarmView], plane_height_m: float) -> FormSums:
             moments_by_slopes_m2=float(moments_m2[row] @ slopes[row]),
             counts=counts[row],
             out_of_focus=weight * view.out_of_focus,
+            in_sun=weight * view.in_sun,
             gaps=weight * min(view.pixel_area_m2 / _GAP_M2, 1.0),
             fine=weight * min(_GAP_M2 / view.pixel_area_m2, 1.0),
         )

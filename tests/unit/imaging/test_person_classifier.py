@@ -130,6 +130,19 @@ def test_stones_in_the_sun_are_hotter_than_skin() -> None:
     assert "21 K at its warmest, 5 K hotter than skin" in decide(replace(stone, background_c=17.0)).reasons[0]
 
 
+def test_spots_of_sun_on_clothes_make_nobody_a_stone() -> None:
+    """A sunny day: dark clothes are 12 K hotter than skin in spots, and a stone is hot all over."""
+    person = replace(PERSON, background_c=17.0, contrast_median_k=12.0, contrast_peak_k=28.0)
+    assert person_confidence(person) < 0.01
+    in_sun = replace(person, in_sun=True)
+    assert person_confidence(in_sun) > DECISION
+    assert person_confidence(replace(in_sun, contrast_peak_k=45.0)) == person_confidence(in_sun)
+    assert "hotter" not in decide(in_sun).reasons[0]
+    stone = replace(STONE, background_c=17.0, contrast_median_k=21.0, contrast_peak_k=24.0, in_sun=True)
+    assert person_confidence(stone) < 0.1
+    assert "24 K at its warmest, 7 K hotter than clothes" in decide(stone).reasons[0]
+
+
 @pytest.mark.parametrize(("background_c", "median_k", "peak_k"), [(17.0, 12.0, 16.0), (25.5, 7.0, 8.2)])
 def test_of_a_warm_forest_persons_stand_out_less(background_c: float, median_k: float, peak_k: float) -> None:
     person = replace(PERSON, contrast_median_k=median_k, contrast_peak_k=peak_k)

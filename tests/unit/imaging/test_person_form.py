@@ -177,6 +177,24 @@ def test_a_person_an_animal_and_a_stone_are_told_apart_by_their_form() -> None:
     assert log_ratio(replace(STANDING, spread_k=0.8)) > 1.0, "one who is covered all over"
 
 
+def test_spots_of_sun_tell_no_person_from_an_animal() -> None:
+    """They make fur warmer by as much as skin is warmer than clothes: size alone remains."""
+    boar = Form(14, 1.1, 0.42, 0.05, 0.14, 13.0, 0.04)
+    assert log_ratio(boar) > 2.0, "as if that were skin"
+    assert log_ratio(replace(boar, in_sun=1.0)) < 0.0
+    assert log_ratio(replace(STANDING, spread_k=13.0, in_sun=1.0)) > 3.0
+    assert log_ratio(replace(STONE, in_sun=1.0)) < -2.0
+
+
+def test_the_share_of_pixels_in_the_sun_is_known() -> None:
+    views = [replace(view, in_sun=index % 4 == 0) for index, view in enumerate(views_of(box((0.5, 0.5, 1.7))))]
+    form = form_sums(views, 0.0).form()
+    assert form is not None
+    assert form.in_sun == pytest.approx(0.25, abs=0.05)
+    assert not gather_evidence(views).in_sun
+    assert gather_evidence(views[::4]).in_sun
+
+
 def test_few_vantage_points_say_less() -> None:
     assert 0.0 < log_ratio(replace(STANDING, vantage_points=4, heights_sigma_m2=0.12)) < log_ratio(STANDING)
 

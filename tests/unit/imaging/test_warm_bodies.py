@@ -132,6 +132,11 @@ def test_spots_of_sun_on_a_warm_day_join_nothing() -> None:
     assert {len(view.points_enu_m) for (view,) in corners} == {1}, "of the largest spots, sharpened"
 
 
+@pytest.mark.parametrize(("share", "in_sun"), [(0.0, False), (0.05, False), (0.3, True)])
+def test_the_sun_is_known_by_the_ground_that_it_warms(share: float, in_sun: bool) -> None:
+    assert warm_view(sunlit_frame(share, edge_px=64)).in_sun is in_sun
+
+
 def test_nothing_compares_rows_under_the_lock_of_the_interpreter(monkeypatch: pytest.MonkeyPatch) -> None:
     """Sorting rows did that for seconds: every other thread, with the heartbeat, stood still."""
     unique = np.unique

@@ -136,6 +136,7 @@ export const search: readonly StationText[] = [
   ],
   [", hotter than any skin", ", heißer als jede Haut"],
   [", {kelvin} K hotter than skin", ", {kelvin} K heißer als Haut"],
+  [", {kelvin} K hotter than clothes", ", {kelvin} K heißer als Kleidung"],
   ["{length} m long: longer than a person", "{length} m lang: länger als ein Mensch"],
   ["{area} m² visible, {extent} m long", "{area} m² sichtbar, {extent} m lang"],
   [
