@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from aos_gcs.lab.initialisation import Initialisation, start_positions, target_walk
 from aos_gcs.lab.rows import StepRow
 from aos_gcs.lab.scenario import Scenario
-from aos_gcs.lab.sensing import Sighting, make_sensor
+from aos_gcs.lab.sensing import SensedTarget, make_sensor
 from aos_gcs.lab.timing import step_duration_s
 from aos_gcs.lab.worlds import Target, World
 from aos_gcs.swarm.model import Strategy
@@ -109,7 +109,7 @@ def _pairs(count: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     return first, second
 
 
-def _target_error_m(sighting: Sighting, target: Target) -> float | None:
+def _target_error_m(sighting: SensedTarget, target: Target) -> float | None:
     estimate_enu_m = sighting.observation.target_enu_m
     if estimate_enu_m is None:
         return None

@@ -35,7 +35,7 @@ HISTOGRAM_BINS = np.linspace(0.0, 1.0, 21)
 
 
 @dataclass(frozen=True, slots=True)
-class Mark:
+class PublishedResult:
     """A published result to compare with: a value at a time."""
 
     label: str
@@ -56,7 +56,7 @@ def curves(
     palette: Mapping[str, str],
     top: float | None = None,
     bound: Interval | None = None,
-    marks: Sequence[Mark] = (),
+    marks: Sequence[PublishedResult] = (),
 ) -> Figure:
     """Mean curves over runs with their 95 % confidence bands.
 

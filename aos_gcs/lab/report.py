@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.lab.bound import ORACLE
 from aos_gcs.lab.figures import (
-    Mark,
+    PublishedResult,
     colours,
     curves,
     differences,
@@ -36,8 +36,8 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 PUBLISHED = (
-    Mark("AOS-PSO, as published 2023", 14.0, 0.72),
-    Mark("parallel blind, as published 2023", 3.0, 0.19),
+    PublishedResult("AOS-PSO, as published 2023", 14.0, 0.72),
+    PublishedResult("parallel blind, as published 2023", 3.0, 0.19),
 )
 """Nathan, Kurmi, Bimber, Communications Engineering 2:55 (2023): 300 trees/ha, frames of earlier steps kept."""
 

@@ -14,7 +14,7 @@ from typing import Any
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.imaging.model import LeaderCriterion
-from aos_gcs.lab.worlds import ErrorGrade, ForestType, Posture, Terrain
+from aos_gcs.lab.worlds import ErrorGrade, ForestType, Posture, TerrainShape
 
 TREE_TOP_M = 18.0
 """No forest of the laboratory grows higher."""
@@ -48,7 +48,7 @@ class Scenario:
 
     trees_per_ha: float = 300.0
     forest: ForestType = ForestType.BROADLEAF
-    terrain: Terrain = Terrain.FLAT
+    terrain: TerrainShape = TerrainShape.FLAT
     forest_side_m: float = 100.0
     posture: Posture = Posture.STANDING
     target_speed_mps: float = 0.0

@@ -41,7 +41,7 @@ class SceneSettings:
 
 
 @dataclass(frozen=True, slots=True)
-class Body:
+class SceneBody:
     """Something that attracts the search."""
 
     kind: str
@@ -62,7 +62,7 @@ class SearchScene(Protocol):
     """A scene. Equal settings give equal scenes; nothing it does changes it."""
 
     @property
-    def bodies(self) -> Sequence[Body]:
+    def bodies(self) -> Sequence[SceneBody]:
         """The person first, if there is one."""
         ...
 

@@ -25,7 +25,7 @@ _BANDS = ("red", "green", "blue", "thermal")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Sighting:
+class SensedTarget:
     """Content of one moment's frames. Rasters lie around the target: their middle cell is below it."""
 
     observation: Observation
@@ -46,10 +46,10 @@ class Sighting:
         return min(1.0, self.area_m2 / self.unoccluded_m2) if self.unoccluded_m2 > 0.0 else 0.0
 
 
-class Sensor(Protocol):
+class SwarmSensor(Protocol):
     """Eyes of a swarm in a world."""
 
-    def sense(self, positions_enu_m: NDArray[np.float64], target: Target, rng: np.random.Generator) -> Sighting:
+    def sense(self, positions_enu_m: NDArray[np.float64], target: Target, rng: np.random.Generator) -> SensedTarget:
         """Return what drones at these positions, shape (n, 3), see of the target; ``rng`` draws the cameras' noise."""
         ...
 
@@ -77,8 +77,8 @@ class GeometricSensor:
         positions_enu_m: NDArray[np.float64],
         target: Target,
         rng: np.random.Generator,  # noqa: ARG002 - nothing here is noisy
-    ) -> Sighting:
-        """See :meth:`Sensor.sense`."""
+    ) -> SensedTarget:
+        """See :meth:`SwarmSensor.sense`."""
         poses = [nadir_pose(position) for position in positions_enu_m]
         views = self.world.view_target(poses, self.scenario.camera, target)
         counts = views.seen.sum(axis=0, dtype=np.uint16)
@@ -117,8 +117,8 @@ class ImagingSensor:
     world: World
     scenario: Scenario
 
-    def sense(self, positions_enu_m: NDArray[np.float64], target: Target, rng: np.random.Generator) -> Sighting:
-        """See :meth:`Sensor.sense`."""
+    def sense(self, positions_enu_m: NDArray[np.float64], target: Target, rng: np.random.Generator) -> SensedTarget:
+        """See :meth:`SwarmSensor.sense`."""
         camera = self.scenario.camera
         poses = [nadir_pose(position) for position in positions_enu_m]
         views = self.world.view_target(poses, camera, target)
@@ -145,7 +145,7 @@ class ImagingSensor:
         )
 
 
-def make_sensor(world: World, scenario: Scenario) -> Sensor:
+def make_sensor(world: World, scenario: Scenario) -> SwarmSensor:
     """Return the sensor of the scenario's fidelity."""
     if scenario.fidelity is Fidelity.GEOMETRIC:
         return GeometricSensor(world, scenario)
@@ -160,7 +160,7 @@ def _sighting(
     seen: NDArray[np.bool_],
     area_m2: float,
     threshold: float,
-) -> Sighting:
+) -> SensedTarget:
     unoccluded = np.asarray(views.unoccluded.any(axis=0))
     unoccluded_m2 = float(np.count_nonzero(unoccluded)) * views.resolution_m**2
     in_view = unoccluded_m2 > 0.0 and detection.area_m2 >= threshold * unoccluded_m2
@@ -175,7 +175,7 @@ def _sighting(
         heights_m=positions_enu_m[:, 2],
         masks=detection.masks if in_view else None,
     )
-    return Sighting(observation, seen & unoccluded, unoccluded, area_m2, unoccluded_m2, views.resolution_m**2)
+    return SensedTarget(observation, seen & unoccluded, unoccluded, area_m2, unoccluded_m2, views.resolution_m**2)
 
 
 def _is_near(detection: _Detection, target: Target) -> bool:

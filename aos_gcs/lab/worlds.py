@@ -36,7 +36,7 @@ class ForestType(StrEnum):
     CONIFER = "conifer"
 
 
-class Terrain(StrEnum):
+class TerrainShape(StrEnum):
     """The shape of the ground."""
 
     FLAT = "flat"
@@ -57,7 +57,7 @@ class WorldParameters:
     seed: int
     trees_per_ha: float = 300.0
     forest: ForestType = ForestType.BROADLEAF
-    terrain: Terrain = Terrain.FLAT
+    terrain: TerrainShape = TerrainShape.FLAT
     side_m: float = 100.0
     """Side of the forest square."""
     errors: ErrorGrade = ErrorGrade.RTK

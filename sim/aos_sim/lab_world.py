@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
-from aos_gcs.lab.worlds import ForestType, Target, TargetViews, Terrain, WorldParameters
+from aos_gcs.lab.worlds import ForestType, Target, TargetViews, TerrainShape, WorldParameters
 from aos_gcs.lab.worlds import Posture as LabPosture
 from aos_sim.errors.cameras import LAST_MOMENT_S, ErringCameras, four_bands
 from aos_sim.errors.hover import Hover
@@ -134,7 +134,7 @@ class LabWorld:
 
 def build_lab_world(parameters: WorldParameters) -> LabWorld:
     """Grow the forest of these parameters; see :class:`aos_gcs.lab.worlds.WorldBuilder`."""
-    if parameters.terrain != Terrain.FLAT:
+    if parameters.terrain != TerrainShape.FLAT:
         raise ConfigurationError(f"terrain must be flat, the only one that is simulated, got {parameters.terrain!r}.")
     if parameters.forest not in _SPECIES:
         raise ConfigurationError(f"forest must be one of {', '.join(_SPECIES)}, got {parameters.forest!r}.")

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose, nadir_pose
-from aos_gcs.lab.scenes import Body, Exposure, PositionGrade, SceneSettings
+from aos_gcs.lab.scenes import Exposure, PositionGrade, SceneBody, SceneSettings
 from aos_sim.errors.cameras import LAST_MOMENT_S, ErringCameras, four_bands
 from aos_sim.errors.hover import Hover
 from aos_sim.errors.model import error_model
@@ -57,10 +57,12 @@ class SimulatedSearchScene:
         self._hover = {grade: Hover(error_model(grade), settings.vehicles, self._error_seed) for grade in PositionGrade}
 
     @property
-    def bodies(self) -> Sequence[Body]:
+    def bodies(self) -> Sequence[SceneBody]:
         """See :attr:`aos_gcs.lab.scenes.SearchScene.bodies`."""
-        persons = [Body(f"person {person.posture}", _place(person.position_enu_m)) for person in self._scene.persons]
-        others = [Body(other.kind, _place(other.position_enu_m)) for other in self._scene.distractors]
+        persons = [
+            SceneBody(f"person {person.posture}", _place(person.position_enu_m)) for person in self._scene.persons
+        ]
+        others = [SceneBody(other.kind, _place(other.position_enu_m)) for other in self._scene.distractors]
         return (*persons, *others)
 
     def visible_areas_m2(self, positions_enu_m: NDArray[np.float64], camera: CameraModel) -> NDArray[np.float64]:

@@ -13,7 +13,7 @@ from aos_gcs.imaging.persons.evidence import Evidence
 from aos_gcs.lab.effectiveness.report import ClaimResult, Rule, decide, labelled_bodies
 from aos_gcs.lab.effectiveness.store import DECISIONS_FILE, SCENES_FILE, SUMMARY_FILE, StudyFolder, read_results
 from aos_gcs.lab.effectiveness.study import SceneKey, SceneResult, StudySettings, WarmBody, study_scene, study_scenes
-from aos_gcs.lab.scenes import Body, PositionGrade
+from aos_gcs.lab.scenes import PositionGrade, SceneBody
 
 SMALL = StudySettings(vehicles=4, image_size_px=256, imaging_steps=1)
 WITH, WITHOUT = SceneKey(20.0, 1, has_person=True), SceneKey(20.0, 2, has_person=False)
@@ -83,7 +83,7 @@ def test_the_command_fits_a_model_of_persons_to_several_studies(tmp_path: Path) 
         folders[seed % 2].append(
             SceneResult(
                 key=SceneKey(300.0, seed, has_person=True),
-                bodies=(Body("person standing", place), Body("deer", (place[0] + 20.0, 2.0))),
+                bodies=(SceneBody("person standing", place), SceneBody("deer", (place[0] + 20.0, 2.0))),
                 approached=None,
                 anomalies=dict.fromkeys(PositionGrade, ()),
                 warm={PositionGrade.GNSS: (), PositionGrade.RTK: bodies},

@@ -56,7 +56,7 @@ def recordings(
     """
     from aos_gcs.cli.output import progress  # noqa: PLC0415 - keeps the other commands' help fast
     from aos_gcs.imaging.model import Detector  # noqa: PLC0415
-    from aos_gcs.lab.recordings.recording import Ground, open_recording  # noqa: PLC0415
+    from aos_gcs.lab.recordings.recording import FocalSurfaceOptions, open_recording  # noqa: PLC0415
     from aos_gcs.lab.recordings.report import as_data, as_markdown, recordings_frame, write_document  # noqa: PLC0415
     from aos_gcs.lab.recordings.study import WindowSettings, study_recording  # noqa: PLC0415
 
@@ -71,7 +71,7 @@ def recordings(
         raise ConfigurationError(f"--dem-offset and --plane-z must be finite, got {dem_offset} and {plane_z}.")
     if fov is not None and not 1.0 <= fov <= 170.0:
         raise ConfigurationError(f"--fov must lie within 1 and 170 degrees, got {fov:g}.")
-    ground = Ground(dem, dem_offset, plane_z)
+    ground = FocalSurfaceOptions(dem, dem_offset, plane_z)
     fov_rad = None if fov is None else math.radians(fov)
     # A document that cannot be renewed is refused before the work.
     frame = None if document is None else recordings_frame(document)

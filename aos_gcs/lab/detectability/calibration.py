@@ -27,7 +27,7 @@ BINS: Final = 10
 
 
 @dataclass(frozen=True, slots=True)
-class Looks:
+class DetectionTrials:
     """Numbers of independent views of persons, and whether they were noticed by then."""
 
     views: NDArray[np.int64]
@@ -56,7 +56,7 @@ def looks_at(
     *,
     threshold_m2: float,
     directions: ViewDirections,
-) -> Looks:
+) -> DetectionTrials:
     """Return what views of the persons of a posture have shown, one after the other.
 
     Args:
@@ -77,7 +77,7 @@ def looks_at(
                 views += [count for count, _ in own]
                 noticed += [is_noticed for _, is_noticed in own]
                 hidden += [occlusion[forest.key.trees_per_ha]] * len(own)
-    return Looks(np.array(views, dtype=np.int64), np.array(hidden), np.array(noticed, dtype=np.bool_))
+    return DetectionTrials(np.array(views, dtype=np.int64), np.array(hidden), np.array(noticed, dtype=np.bool_))
 
 
 def _looks_at_one(
@@ -97,7 +97,7 @@ def _looks_at_one(
     return looks
 
 
-def predicted(looks: Looks, model: Detectability) -> NDArray[np.float64]:
+def predicted(looks: DetectionTrials, model: Detectability) -> NDArray[np.float64]:
     """Return the probability of detection that a model gives to each look, shape (n,)."""
     result = np.empty(len(looks.views))
     for hidden in np.unique(looks.occlusion):
@@ -106,7 +106,7 @@ def predicted(looks: Looks, model: Detectability) -> NDArray[np.float64]:
     return result
 
 
-def fit(looks: Looks) -> Detectability:
+def fit(looks: DetectionTrials) -> Detectability:
     """Return the model of the greatest likelihood."""
 
     def model(x: NDArray[np.float64]) -> Detectability:
@@ -120,7 +120,7 @@ def fit(looks: Looks) -> Detectability:
 
 
 @dataclass(frozen=True, slots=True)
-class Calibration:
+class LawCalibration:
     """Predictions beside what was observed."""
 
     bins: tuple[tuple[float, float, int], ...]
@@ -129,7 +129,7 @@ class Calibration:
     """Mean absolute difference of prediction and share over the bins, weighted by their looks."""
 
 
-def calibrate(looks: Looks, prediction: NDArray[np.float64]) -> Calibration:
+def calibrate(looks: DetectionTrials, prediction: NDArray[np.float64]) -> LawCalibration:
     """Compare predicted probabilities, shape (n,), with what was observed."""
     p = prediction
     index = np.minimum((p * BINS).astype(int), BINS - 1)
@@ -138,10 +138,10 @@ def calibrate(looks: Looks, prediction: NDArray[np.float64]) -> Calibration:
         for one in np.unique(index)
     ]
     error = sum(abs(mean - share) * count for mean, share, count in rows) / len(p)
-    return Calibration(tuple(rows), float(error))
+    return LawCalibration(tuple(rows), float(error))
 
 
-def log_likelihood(looks: Looks, prediction: NDArray[np.float64]) -> float:
+def log_likelihood(looks: DetectionTrials, prediction: NDArray[np.float64]) -> float:
     """Return the mean logarithm of the probability that was predicted for what was observed."""
     p = np.clip(prediction, _LEAST, 1.0 - _LEAST)
     return float(np.where(looks.noticed, np.log(p), np.log(1.0 - p)).mean())

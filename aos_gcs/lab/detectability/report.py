@@ -11,8 +11,8 @@ from aos_gcs.errors import ConfigurationError
 from aos_gcs.groundmap.detection import DETECTABILITY, Detectability, Posture
 from aos_gcs.groundmap.directions import ViewDirections
 from aos_gcs.lab.detectability.calibration import (
-    Calibration,
-    Looks,
+    DetectionTrials,
+    LawCalibration,
     calibrate,
     fit,
     log_likelihood,
@@ -36,9 +36,9 @@ class PostureFigures:
     persons: int
     fitted: Detectability
     """Law that fits all forests."""
-    held_out: Calibration
+    held_out: LawCalibration
     """Predictions for each half of the forests, by the law that fits the other half."""
-    shipped: Calibration
+    shipped: LawCalibration
     """Predictions by the law that the program uses."""
     likelihoods: tuple[float, ...]
     """Mean log-likelihood of the held-out predictions, by edge of the squares as in ``STEPS``."""
@@ -72,7 +72,7 @@ def summarise(forests: Sequence[WatchedForest], threshold_m2: float, step: float
     postures = []
     for posture in Posture:
 
-        def looks(part: Sequence[WatchedForest], edge: float, posture: Posture = posture) -> Looks:
+        def looks(part: Sequence[WatchedForest], edge: float, posture: Posture = posture) -> DetectionTrials:
             directions = ViewDirections(edge)
             return looks_at(part, posture, occlusion, threshold_m2=threshold_m2, directions=directions)
 
@@ -94,9 +94,11 @@ def summarise(forests: Sequence[WatchedForest], threshold_m2: float, step: float
     return DetectabilityFigures(len(forests), tuple(occlusion.items()), tuple(postures))
 
 
-def _held_out(one: Looks, other: Looks) -> tuple[Looks, np.ndarray[tuple[int], np.dtype[np.float64]]]:
+def _held_out(
+    one: DetectionTrials, other: DetectionTrials
+) -> tuple[DetectionTrials, np.ndarray[tuple[int], np.dtype[np.float64]]]:
     """Return the looks of both halves, and the probabilities by the law that fits the other half."""
-    joined = Looks(
+    joined = DetectionTrials(
         np.concatenate((one.views, other.views)),
         np.concatenate((one.occlusion, other.occlusion)),
         np.concatenate((one.noticed, other.noticed)),

@@ -12,7 +12,7 @@ from aos_gcs.imaging.persons.evidence import Evidence
 from aos_gcs.imaging.persons.form import Form
 from aos_gcs.lab.effectiveness.report import SceneDecision
 from aos_gcs.lab.effectiveness.study import Anomaly, SceneKey, SceneResult, StudySettings, WarmBody
-from aos_gcs.lab.scenes import Body, PositionGrade
+from aos_gcs.lab.scenes import PositionGrade, SceneBody
 from aos_gcs.lab.study_folder import ResultLines, read_lines
 
 SCENES_FILE = "scenes.jsonl"
@@ -76,7 +76,7 @@ def _parse(table: dict[str, Any]) -> SceneResult:
         )
         for grade, steps in table["anomalies"].items()
     }
-    bodies = tuple(Body(body["kind"], tuple(body["position_enu_m"])) for body in table["bodies"])
+    bodies = tuple(SceneBody(body["kind"], tuple(body["position_enu_m"])) for body in table["bodies"])
     return SceneResult(SceneKey(**table["key"]), bodies, table["approached"], anomalies, warm)
 
 

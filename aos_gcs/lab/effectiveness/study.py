@@ -21,13 +21,12 @@ from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.imaging.geolocation import Uncertainty
 from aos_gcs.imaging.model import Frame, StepAnalysis
-from aos_gcs.imaging.persons.bodies import Body as SeenBody
-from aos_gcs.imaging.persons.bodies import find_bodies
+from aos_gcs.imaging.persons.bodies import Body, find_bodies
 from aos_gcs.imaging.persons.evidence import Evidence
 from aos_gcs.imaging.persons.warm_bodies import WarmView, warm_view
 from aos_gcs.imaging.step.analysis import analyse_step
 from aos_gcs.imaging.step.settings import ImagingSettings
-from aos_gcs.lab.scenes import Body, Exposure, PositionGrade, SceneSettings, SearchScene, build_scene
+from aos_gcs.lab.scenes import Exposure, PositionGrade, SceneBody, SceneSettings, SearchScene, build_scene
 from aos_gcs.swarm.model import Observation
 from aos_gcs.swarm.registry import make_strategy
 
@@ -116,7 +115,7 @@ class SceneResult:
     """Knowledge of the swarm at the end, and the truth."""
 
     key: SceneKey
-    bodies: tuple[Body, ...]
+    bodies: tuple[SceneBody, ...]
     approached: str | None
     """Kind of the body that the swarm gathered above; None: it saw none, and went on scanning."""
     anomalies: dict[PositionGrade, tuple[Anomaly | None, ...]]
@@ -256,7 +255,7 @@ def _anomaly(analysis: StepAnalysis) -> Anomaly | None:
     return Anomaly(analysis.blob.area_m2, (east_m, north_m))
 
 
-def _warm_body(body: SeenBody) -> WarmBody:
+def _warm_body(body: Body) -> WarmBody:
     variance_m2 = float(np.trace(body.place.covariance_m2[:2, :2])) / 2
     east_m, north_m, _ = body.place.position_enu_m
     return WarmBody(body.evidence, (float(east_m), float(north_m)), math.sqrt(variance_m2))

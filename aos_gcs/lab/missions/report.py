@@ -34,7 +34,7 @@ class Figure:
 
 
 @dataclass(frozen=True, slots=True)
-class Group:
+class MissionGroup:
     """Figures of the missions of one density, condition and grade of errors."""
 
     trees_per_ha: float
@@ -77,7 +77,7 @@ class Group:
     """Persons at whom something was looked at closely, or who were found, of those with a prediction."""
 
 
-def summarise(results: Iterable[MissionResult], vehicles: int) -> list[Group]:
+def summarise(results: Iterable[MissionResult], vehicles: int) -> list[MissionGroup]:
     """Return the figures per density, condition and grade of errors, in this order."""
     groups: dict[tuple[float, str, str], list[MissionResult]] = {}
     for result in results:
@@ -86,12 +86,12 @@ def summarise(results: Iterable[MissionResult], vehicles: int) -> list[Group]:
     return [_group(groups[key], vehicles) for key in sorted(groups)]
 
 
-def _group(results: Sequence[MissionResult], vehicles: int) -> Group:
+def _group(results: Sequence[MissionResult], vehicles: int) -> MissionGroup:
     key = results[0].key
     empty = [one for one in results if not one.key.has_person]
     promised = [probability for one in results for probability in one.predicted]
     separations_m = [one.min_separation_m for one in results if one.min_separation_m is not None]
-    return Group(
+    return MissionGroup(
         trees_per_ha=key.trees_per_ha,
         conditions=key.conditions,
         errors=key.errors,
@@ -141,7 +141,7 @@ def _figure(values: Sequence[float], statistic: Callable[[NDArray[np.float64]], 
     return Figure(value, float(interval.low), float(interval.high))
 
 
-def as_markdown(groups: Sequence[Group]) -> str:
+def as_markdown(groups: Sequence[MissionGroup]) -> str:
     """Return the figures as tables: what was claimed, what it cost, and what plans have promised, where they did."""
     claims = markdown_table(
         [
@@ -213,7 +213,7 @@ def missions_frame(path: Path) -> DocumentFrame:
 
 
 def write_document(
-    path: Path, frame: DocumentFrame, settings: MissionsSettings, groups: Sequence[Group], tables: str
+    path: Path, frame: DocumentFrame, settings: MissionsSettings, groups: Sequence[MissionGroup], tables: str
 ) -> None:
     """Write the document, or renew its written part: what was flown, and the tables of its figures."""
     flown = sum(one.with_person + one.without_person for one in groups)
@@ -228,7 +228,7 @@ def write_document(
     path.write_text(frame.format(body=body), encoding="utf-8")
 
 
-def _name(group: Group) -> tuple[str, str, str]:
+def _name(group: MissionGroup) -> tuple[str, str, str]:
     return f"{group.trees_per_ha:g}", group.conditions, group.errors
 
 

@@ -42,7 +42,7 @@ class Recording:
 
 
 @dataclass(frozen=True, slots=True)
-class Ground:
+class FocalSurfaceOptions:
     """Focal surface as the command's user gives it."""
 
     dem: Path | None = None
@@ -63,7 +63,7 @@ class Ground:
         return read_dem(self.dem or _terrain_in(folder)).moved(self.offset_m)
 
 
-def open_recording(folder: Path, fov_rad: float | None, ground: Ground) -> Recording:
+def open_recording(folder: Path, fov_rad: float | None, ground: FocalSurfaceOptions) -> Recording:
     """Open a folder with ``images``, ``poses.json``, ``persons.json`` and, unless given otherwise, a terrain.
 
     Args:

@@ -23,7 +23,7 @@ _TOGETHER = frozenset(Method) - {Method.STOPS, Method.LAWNMOWER}
 
 
 @dataclass(frozen=True, slots=True)
-class Group:
+class SearchGroup:
     """Figures of a method, with some vehicles over an area of one size and density."""
 
     trees_per_ha: float
@@ -52,7 +52,7 @@ class Group:
 
 
 @dataclass(frozen=True, slots=True)
-class Calibration:
+class MapCalibration:
     """Predictions by the map beside what was noticed."""
 
     trees_per_ha: float
@@ -71,8 +71,8 @@ class SearchFigures:
 
     searches: int
     """Persons that were searched for."""
-    groups: tuple[Group, ...]
-    calibrations: tuple[Calibration, ...]
+    groups: tuple[SearchGroup, ...]
+    calibrations: tuple[MapCalibration, ...]
     rendered: int
     """Searches of which the frames were rendered."""
     rendered_noticed: int
@@ -98,7 +98,7 @@ def summarise(results: Sequence[SearchResult]) -> SearchFigures:
         times_s = {seed: math.inf if one.claimed_s is None else one.claimed_s for seed, one in outcomes}
         found = [one for _, one in outcomes]
         groups.append(
-            Group(
+            SearchGroup(
                 trees_per_ha=trees,
                 hectares=hectares,
                 vehicles=vehicles,
@@ -140,7 +140,7 @@ def _order(key: tuple[float, float, int, Method]) -> tuple[float, float, int, in
     return trees, hectares, vehicles, list(Method).index(method)
 
 
-def _calibrations(results: Sequence[SearchResult]) -> tuple[Calibration, ...]:
+def _calibrations(results: Sequence[SearchResult]) -> tuple[MapCalibration, ...]:
     calibrations = []
     for trees in sorted({result.key.trees_per_ha for result in results}):
         own = [
@@ -158,7 +158,7 @@ def _calibrations(results: Sequence[SearchResult]) -> tuple[Calibration, ...]:
             for one in np.unique(index)
         )
         error = sum(abs(mean - share) * count for mean, share, count in bins) / len(own)
-        calibrations.append(Calibration(trees, len(own), bins, error, float(predicted.mean() - noticed.mean())))
+        calibrations.append(MapCalibration(trees, len(own), bins, error, float(predicted.mean() - noticed.mean())))
     return tuple(calibrations)
 
 

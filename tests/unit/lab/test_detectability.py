@@ -18,7 +18,14 @@ from aos_gcs.geometry.projection import plane_to_image
 from aos_gcs.groundmap.detection import DETECTABILITY, Detectability, Posture, detection_by_views
 from aos_gcs.groundmap.directions import ViewDirections
 from aos_gcs.lab.detectability import study
-from aos_gcs.lab.detectability.calibration import Looks, calibrate, fit, looks_at, occlusion_by_density, predicted
+from aos_gcs.lab.detectability.calibration import (
+    DetectionTrials,
+    calibrate,
+    fit,
+    looks_at,
+    occlusion_by_density,
+    predicted,
+)
 from aos_gcs.lab.detectability.store import DetectabilityFolder
 from aos_gcs.lab.detectability.study import (
     DetectabilitySettings,
@@ -55,7 +62,7 @@ def forest(*persons: WatchedPerson, seed: int = 1, trees_per_ha: float = 300.0) 
     return WatchedForest(ForestKey(trees_per_ha, seed), persons)
 
 
-def looks(*persons: WatchedPerson, threshold_m2: float = 0.05) -> Looks:
+def looks(*persons: WatchedPerson, threshold_m2: float = 0.05) -> DetectionTrials:
     forests = [forest(*persons)]
     return looks_at(forests, Posture.LYING, {300.0: 0.75}, threshold_m2=threshold_m2, directions=ONE_SQUARE)
 
@@ -87,11 +94,11 @@ def test_other_postures_are_left_out_and_lying_ones_tell_the_occlusion() -> None
     assert not found.noticed.any()
 
 
-def drawn(law: Detectability, count: int = 4000) -> Looks:
+def drawn(law: Detectability, count: int = 4000) -> DetectionTrials:
     """Return looks whose outcomes are drawn by a law."""
     rng = np.random.default_rng(3)
     views, occlusion = rng.integers(1, 20, count), rng.choice([0.5, 0.8, 0.95], count)
-    empty = Looks(views, occlusion, np.zeros(count, dtype=np.bool_))
+    empty = DetectionTrials(views, occlusion, np.zeros(count, dtype=np.bool_))
     return replace(empty, noticed=rng.uniform(size=count) < predicted(empty, law))
 
 

@@ -21,7 +21,7 @@ from aos_gcs.lab.effectiveness.report import (
     summarise,
 )
 from aos_gcs.lab.effectiveness.study import Anomaly, SceneKey, SceneResult, WarmBody
-from aos_gcs.lab.scenes import Body, PositionGrade
+from aos_gcs.lab.scenes import PositionGrade, SceneBody
 
 PERSON_ENU_M, DEER_ENU_M = (0.0, 30.0), (10.0, 30.0)
 MODEL = PersonModel(((7.0 / 16.0) ** 8, 0.0, 0.0, 0.0), (1e-3,) * 4, (15.0, 0.0, 0.0, 0.0), 0.0, odds=1.0)
@@ -37,10 +37,10 @@ def warm(east_m: float, contrast_k: float, north_m: float = 30.0, *, views: int 
 
 
 def scene(*bodies: WarmBody, has_person: bool = True, seed: int = 1, density: float = 300.0) -> SceneResult:
-    persons = (Body("person lying", PERSON_ENU_M),) if has_person else ()
+    persons = (SceneBody("person lying", PERSON_ENU_M),) if has_person else ()
     return SceneResult(
         key=SceneKey(density, seed, has_person),
-        bodies=(*persons, Body("deer", DEER_ENU_M)),
+        bodies=(*persons, SceneBody("deer", DEER_ENU_M)),
         approached="deer",
         anomalies=dict.fromkeys(PositionGrade, ANOMALIES),
         warm={PositionGrade.GNSS: bodies, PositionGrade.RTK: bodies},

@@ -8,7 +8,7 @@ from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.imaging.persons.evidence import Evidence
 from aos_gcs.lab.effectiveness.store import SCENES_FILE, StudyFolder, missing, read_results
 from aos_gcs.lab.effectiveness.study import Anomaly, SceneKey, SceneResult, StudySettings, WarmBody, scene_keys
-from aos_gcs.lab.scenes import Body, PositionGrade
+from aos_gcs.lab.scenes import PositionGrade, SceneBody
 
 SETTINGS = StudySettings()
 
@@ -17,7 +17,7 @@ def result(seed: int = 1) -> SceneResult:
     body = WarmBody(Evidence(5, 3, 0.2, 0.5, 13.0, 17.0), (1.5, 2.5), 0.3)
     return SceneResult(
         key=SceneKey(300.0, seed, has_person=True),
-        bodies=(Body("person lying", (1.0, 2.0)),),
+        bodies=(SceneBody("person lying", (1.0, 2.0)),),
         approached=None,
         anomalies={PositionGrade.GNSS: (Anomaly(0.2, (1.0, 2.5)), None), PositionGrade.RTK: (None, None)},
         warm={PositionGrade.GNSS: (body,), PositionGrade.RTK: ()},
