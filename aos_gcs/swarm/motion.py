@@ -19,7 +19,7 @@ from aos_gcs.swarm.memory import clear_of_sampled
 from aos_gcs.swarm.model import Observation
 from aos_gcs.swarm.parameters import LineParameters, SwarmParameters
 from aos_gcs.swarm.scatter import scatter
-from aos_gcs.swarm.state import Point, Situation, SwarmState, TargetTrack
+from aos_gcs.swarm.state import LatestObservation, Point, SwarmState, TargetTrack
 
 SPHERICAL_EXPONENT = 3
 """m of the random points around personal bests; 3 works well for most uses (``eq:pso-sphere``)."""
@@ -51,7 +51,7 @@ def take_in(state: SwarmState, observation: Observation, min_vehicles: int = 2) 
             scan_direction_enu = _point(unit_vector(towards_target_m))
     elif track is not None:
         track = replace(track, in_view=False)
-    situation = Situation(
+    situation = LatestObservation(
         vehicle_ids=tuple(int(vehicle_id) for vehicle_id in observation.vehicle_ids),
         positions_enu_m=tuple(map(_point, observation.positions_enu_m)),
         leader_id=_leader_id(observation) if observation.target_in_view else None,
@@ -59,7 +59,7 @@ def take_in(state: SwarmState, observation: Observation, min_vehicles: int = 2) 
     return replace(state, scan_direction_enu=scan_direction_enu, track=track, situation=situation, awaits_ask=True)
 
 
-def sorted_positions(situation: Situation) -> tuple[NDArray[np.float64], NDArray[np.intp], int | None]:
+def sorted_positions(situation: LatestObservation) -> tuple[NDArray[np.float64], NDArray[np.intp], int | None]:
     """Return positions in the order of vehicle ids (n, 2), the sorting indices (n,), and the leader's row in it."""
     order = np.argsort(situation.vehicle_ids)
     positions_m = np.array(situation.positions_enu_m)[order]
@@ -83,7 +83,7 @@ def observed_evolutionary_factor(state: SwarmState) -> float | None:
     return None if leader is None else evolutionary_factor(positions_m, leader)
 
 
-def check_told(state: SwarmState) -> Situation:
+def check_told(state: SwarmState) -> LatestObservation:
     """Return the situation to decide about.
 
     Raises:
@@ -181,7 +181,9 @@ def scan_step_m(track: TargetTrack | None, parameters: SwarmParameters) -> float
     return max(parameters.c3_m, min(track.step_m, parameters.c4_m))
 
 
-def _best_positions(state: SwarmState, situation: Situation, parameters: SwarmParameters) -> NDArray[np.float64] | None:
+def _best_positions(
+    state: SwarmState, situation: LatestObservation, parameters: SwarmParameters
+) -> NDArray[np.float64] | None:
     """Return the personal bests in the order of vehicle ids, shape (n, 2); None where that memory is off.
 
     A vehicle that has not seen anything yet counts as being at its best.

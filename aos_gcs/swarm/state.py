@@ -33,7 +33,7 @@ class TargetTrack:
 
 
 @dataclass(frozen=True, slots=True)
-class Situation:
+class LatestObservation:
     """Memory of the latest observation."""
 
     vehicle_ids: tuple[int, ...]
@@ -74,7 +74,7 @@ class SwarmState:
     """SD, of length 1."""
     track: TargetTrack | None = None
     """The latest track; None before the first sighting."""
-    situation: Situation | None = None
+    situation: LatestObservation | None = None
     awaits_ask: bool = False
     """Something was told that no positions have been asked for."""
     adaptation: Adaptation | None = None

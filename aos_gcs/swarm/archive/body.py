@@ -32,7 +32,7 @@ _UP_M, _EAST_M, _NORTH_M = (axis.ravel() for axis in np.meshgrid(_LAYER_UP_M, _A
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Body:
+class VoxelBody:
     """The voxels that the body fills, about the point below it; b of them."""
 
     voxels: NDArray[np.int64]
@@ -51,7 +51,7 @@ class Body:
 
 def learnt_body(
     shown: NDArray[np.float32], cells: NDArray[np.int16], *, prior_height_m: float, prior_radius_m: float
-) -> Body:
+) -> VoxelBody:
     """Return the body that looks speak for; without any, the upright one that is assumed.
 
     Args:
@@ -64,7 +64,7 @@ def learnt_body(
     places = cells + np.arange(len(cells), dtype=np.int32)[:, None] * (CELLS + 1)
     hits = np.pad(shown, ((0, 0), (0, 1))).ravel().take(places).sum(axis=0) + PRIOR_LOOKS * upright
     sure = np.partition(hits, len(hits) - SURE_VOXELS)[-SURE_VOXELS:].mean()
-    return Body(np.flatnonzero(hits >= OCCUPIED * sure))
+    return VoxelBody(np.flatnonzero(hits >= OCCUPIED * sure))
 
 
 def voxel_cells(slopes: FloatArray, height_m: float, offset_m: FloatArray) -> NDArray[np.int16]:

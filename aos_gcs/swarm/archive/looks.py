@@ -89,7 +89,7 @@ def joined_lines(first: Sightlines, second: Sightlines) -> Sightlines:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Looks:
+class LookArchive:
     """The archive of k looks, the oldest first; plain data."""
 
     lines: Sightlines
@@ -109,14 +109,16 @@ class Looks:
         return shifted(unpacked(self.packed_masks, len(self)), self.anchors + moved - anchor)
 
 
-def no_looks() -> Looks:
+def no_looks() -> LookArchive:
     """Return an empty archive."""
     none = np.zeros((0, 2))
-    return Looks(Sightlines(none, none), none.astype(np.int64), none, packed(np.zeros((0, FINE_CELLS), dtype=np.bool_)))
+    return LookArchive(
+        Sightlines(none, none), none.astype(np.int64), none, packed(np.zeros((0, FINE_CELLS), dtype=np.bool_))
+    )
 
 
 def with_looks(
-    looks: Looks,
+    looks: LookArchive,
     canopy: Canopy,
     lines: Sightlines,
     *,
@@ -124,7 +126,7 @@ def with_looks(
     anchor: IntArray,
     drift_enu_m: FloatArray,
     at_most: int = MAX_LOOKS,
-) -> Looks:
+) -> LookArchive:
     """Return the archive with the looks of one step, which replace older ones along the same lines.
 
     Args:
@@ -144,7 +146,7 @@ def with_looks(
         return np.concatenate([old[kept], new])[-at_most:]
 
     old_masks = unpacked(looks.packed_masks, len(looks))
-    return Looks(
+    return LookArchive(
         Sightlines(
             joined(looks.lines.slopes, lines.slopes),
             joined(looks.lines.crossings_enu_m, lines.crossings_enu_m),

@@ -16,12 +16,12 @@ from scipy.spatial.distance import cdist
 
 from aos_gcs.swarm.archive.body import learnt_body, voxel_cells
 from aos_gcs.swarm.archive.exploration import KNOWN, expected_masks, kernel, lattice, likeness
-from aos_gcs.swarm.archive.looks import Canopy, Looks, Sightlines, joined_lines
+from aos_gcs.swarm.archive.looks import Canopy, LookArchive, Sightlines, joined_lines
 from aos_gcs.swarm.archive.moves import assigned
 from aos_gcs.swarm.archive.parameters import AosApsoParameters
 from aos_gcs.swarm.archive.raster import FINE_CELL_M, BoolArray, FloatArray, IntArray, anchor_of, quarters, shares
 from aos_gcs.swarm.archive.selection import Views, choose_single_views, choose_views, still_held
-from aos_gcs.swarm.archive.target import TargetTrack
+from aos_gcs.swarm.archive.target import TargetState
 
 MAX_CANDIDATES = 150
 """Looks among which the views to hold are chosen: those that show most."""
@@ -51,7 +51,7 @@ class Prospect:
     """Confidence in the masks, below 1 for lines that the target's motion has turned, shape (k,)."""
 
     @classmethod
-    def of(cls, looks: Looks, target: TargetTrack, height_m: float, parameters: AosApsoParameters) -> Prospect:
+    def of(cls, looks: LookArchive, target: TargetState, height_m: float, parameters: AosApsoParameters) -> Prospect:
         """Return the prospect of an archive."""
         target_enu_m = target.position_enu_m + target.next_way_m
         canopy = parameters.canopy
@@ -69,8 +69,8 @@ class Prospect:
 
 
 def choose_lines(
-    looks: Looks,
-    target: TargetTrack,
+    looks: LookArchive,
+    target: TargetState,
     heights_m: FloatArray,
     held_enu_m: FloatArray | None,
     parameters: AosApsoParameters,
@@ -97,7 +97,7 @@ def choose_lines(
 
 def goals_along(
     crossings_enu_m: FloatArray,
-    target: TargetTrack,
+    target: TargetState,
     positions_enu_m: FloatArray,
     heights_m: FloatArray,
     canopy: Canopy,
@@ -128,7 +128,7 @@ def _spots(radius_m: float, pitch_m: float, height_m: float) -> tuple[FloatArray
     return slopes, voxel_cells(slopes, height_m, np.zeros(2))
 
 
-def _candidates(looks: Looks, prospect: Prospect, parameters: AosApsoParameters) -> tuple[Sightlines, Views]:
+def _candidates(looks: LookArchive, prospect: Prospect, parameters: AosApsoParameters) -> tuple[Sightlines, Views]:
     """Return the lines that drones may look along, and what is expected of them: the best looks, and open spots."""
     canopy, height_m = parameters.canopy, prospect.height_m
     best = prospect.best_looks(parameters.aperture_radius_m)

@@ -16,14 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.swarm import motion
-from aos_gcs.swarm.archive.looks import MAX_LOOKS, SAME_LINE_M, Looks, no_looks, with_looks
+from aos_gcs.swarm.archive.looks import MAX_LOOKS, SAME_LINE_M, LookArchive, no_looks, with_looks
 from aos_gcs.swarm.archive.moves import HOLDS_WITHIN_M, STILL_WITHIN_M, kept_apart, random_ways, stepped
 from aos_gcs.swarm.archive.parameters import AosApsoParameters, ArchiveParameters
 from aos_gcs.swarm.archive.plan import choose_lines, goals_along
 from aos_gcs.swarm.archive.raster import FINE_CELLS, anchor_of, resampled
 from aos_gcs.swarm.archive.target import (
     JUMP_M,
-    TargetTrack,
+    TargetState,
     after_sighting,
     first_sighting,
     ground_point,
@@ -56,8 +56,8 @@ class ViewState:
 
     swarm: SwarmState
     """State of the strategy that scans, and that takes over without masks."""
-    looks: Looks
-    target: TargetTrack | None = None
+    looks: LookArchive
+    target: TargetState | None = None
     """None before it is seen, and after it was lost."""
     heights_m: NDArray[np.float64] | None = None
     """Heights of the vehicles above the focal plane in the order of their ids, shape (n,); None if unknown."""
@@ -234,7 +234,7 @@ def make_aos_archive(parameters: Mapping[str, object]) -> ViewKeeping:
     return view_keeping(NAME, parse_parameters(ArchiveParameters, parameters, NAME))
 
 
-def _is_planned(state: ViewState, target: TargetTrack, drones: int, step_m: float) -> bool:
+def _is_planned(state: ViewState, target: TargetState, drones: int, step_m: float) -> bool:
     """Return whether the lines chosen a few steps before are flown along still, as little has happened since."""
     if state.held_enu_m is None or len(state.held_enu_m) != drones or target.is_moving or target.lost_steps > 0:
         return False

@@ -36,7 +36,7 @@ COASTING = 0.8
 
 
 @dataclass(frozen=True, slots=True)
-class TargetTrack:
+class TargetState:
     """The target as far as it is known."""
 
     tracked_enu_m: Point
@@ -65,19 +65,19 @@ class TargetTrack:
         return np.array(self.velocity_m) if self.is_moving else np.zeros(2)
 
 
-def first_sighting(ground_enu_m: FloatArray) -> TargetTrack:
+def first_sighting(ground_enu_m: FloatArray) -> TargetState:
     """Return the estimate after the first sighting."""
     point = _point(ground_enu_m)
-    return TargetTrack(point, (0.0, 0.0), point)
+    return TargetState(point, (0.0, 0.0), point)
 
 
-def is_elsewhere(estimate: TargetTrack, ground_enu_m: FloatArray) -> bool:
+def is_elsewhere(estimate: TargetState, ground_enu_m: FloatArray) -> bool:
     """Return whether a sighting is too far from where the target is expected to be of it."""
     expected_m = np.add(estimate.tracked_enu_m, estimate.velocity_m)
     return bool(np.linalg.norm(ground_enu_m - expected_m) > JUMP_M)
 
 
-def after_sighting(estimate: TargetTrack, ground_enu_m: FloatArray) -> TargetTrack:
+def after_sighting(estimate: TargetState, ground_enu_m: FloatArray) -> TargetState:
     """Return the estimate after one more sighting."""
     expected_m = np.array(estimate.tracked_enu_m) + np.array(estimate.velocity_m)
     deviation_m = ground_enu_m - expected_m
@@ -93,7 +93,7 @@ def after_sighting(estimate: TargetTrack, ground_enu_m: FloatArray) -> TargetTra
     return _while_moving(replace(followed, drift_enu_m=_point(drift_m)))
 
 
-def _while_still(estimate: TargetTrack, ground_enu_m: FloatArray) -> TargetTrack:
+def _while_still(estimate: TargetState, ground_enu_m: FloatArray) -> TargetState:
     """Take a sighting into the mean, unless the target has left it."""
     mean_m, count = np.array(estimate.reference_enu_m), min(estimate.reference_sightings + 1, MAX_MEAN)
     away_m = np.array(estimate.tracked_enu_m) - mean_m
@@ -110,7 +110,7 @@ def _while_still(estimate: TargetTrack, ground_enu_m: FloatArray) -> TargetTrack
     return replace(estimate, reference_enu_m=_point(mean_m), reference_sightings=count)
 
 
-def _while_moving(estimate: TargetTrack) -> TargetTrack:
+def _while_moving(estimate: TargetState) -> TargetState:
     """Look from time to time whether the target has got any farther."""
     if estimate.reference_sightings + 1 < CHECK_SIGHTINGS:
         return replace(estimate, reference_sightings=estimate.reference_sightings + 1)
@@ -123,7 +123,7 @@ def _while_moving(estimate: TargetTrack) -> TargetTrack:
     )
 
 
-def out_of_view(estimate: TargetTrack) -> TargetTrack:
+def out_of_view(estimate: TargetState) -> TargetState:
     """Return the estimate after a step without a sighting: a moving target goes on, ever more slowly."""
     way_m = estimate.next_way_m
     return replace(
