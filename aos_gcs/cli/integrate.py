@@ -35,7 +35,7 @@ from aos_gcs.surveys.poses_file import Z_DOWN
 from aos_gcs.surveys.rasters import SurveyRasters
 from aos_gcs.surveys.seen_ground import share_without_height
 from aos_gcs.surveys.significance import DEFAULT_FALSE_ALARMS_PER_HA, significance
-from aos_gcs.surveys.tiles import Tile, ViewTile, map_tiles
+from aos_gcs.surveys.tiles import RasterTile, ViewTile, map_tiles
 
 
 def integrate(
@@ -212,7 +212,7 @@ def _significances(rasters: SurveyRasters, cell_m: float) -> NDArray[np.float32]
 
 
 def _integrate(
-    options: WorkOptions, work: Work, tiles: Sequence[Tile], shape: tuple[int, int], out: Path
+    options: WorkOptions, work: Work, tiles: Sequence[RasterTile], shape: tuple[int, int], out: Path
 ) -> SurveyRasters:
     """Integrate tiles; the number of images without a part in them is printed on standard error."""
     rasters = options.integrate(work, tiles, shape, out.absolute().parent)

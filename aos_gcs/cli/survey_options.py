@@ -24,7 +24,7 @@ from aos_gcs.surveys.model import Survey, SurveyImage
 from aos_gcs.surveys.photos import read_photos
 from aos_gcs.surveys.poses_file import is_place, read_poses
 from aos_gcs.surveys.radiometric.dji import find_library
-from aos_gcs.surveys.radiometric.settings import Scene, TemperatureSettings
+from aos_gcs.surveys.radiometric.settings import MeasurementConditions, TemperatureSettings
 
 PANEL = "Recording"
 
@@ -323,10 +323,10 @@ _SCENE = {
 def _temperatures(degrees: str | None, dji_sdk: Path | None) -> TemperatureSettings | None:
     if degrees is None:
         return None
-    return TemperatureSettings(_scene(degrees), None if dji_sdk is None else find_library(dji_sdk))
+    return TemperatureSettings(_conditions(degrees), None if dji_sdk is None else find_library(dji_sdk))
 
 
-def _scene(text: str) -> Scene:
+def _conditions(text: str) -> MeasurementConditions:
     """Return the conditions under which temperatures are read."""
     values: dict[str, float] = {}
     for part in [] if text.strip() == "recorded" else text.split(","):
@@ -340,7 +340,7 @@ def _scene(text: str) -> Scene:
                 f"--degrees: {name.strip()} must lie between {least:g} and {most:g}, got {value!r}."
             )
         values[field] = number[0]
-    return Scene(**values)
+    return MeasurementConditions(**values)
 
 
 def _distortion(lens: str | None, fisheye: str | None) -> LensDistortion | None:

@@ -18,7 +18,7 @@ from aos_gcs.surveys.cluster import integrate_on_cluster
 from aos_gcs.surveys.integration import TileResult, Work, integrate_tiles, seen_images
 from aos_gcs.surveys.processes import Processes, open_processes
 from aos_gcs.surveys.rasters import SurveyRasters, assemble
-from aos_gcs.surveys.tiles import Tile, grouped
+from aos_gcs.surveys.tiles import RasterTile, grouped
 
 AVERAGE_PANEL = "Averaging"
 PANEL = "Computation"
@@ -127,7 +127,7 @@ class WorkOptions:
         """Share of a pixel's values left out at either end; None: plain mean."""
         return MEDIAN if self.median else self.trim
 
-    def integrate(self, work: Work, tiles: Sequence[Tile], shape: tuple[int, int], folder: Path) -> SurveyRasters:
+    def integrate(self, work: Work, tiles: Sequence[RasterTile], shape: tuple[int, int], folder: Path) -> SurveyRasters:
         """Integrate tiles and put them together, with a progress bar.
 
         Args:
@@ -143,7 +143,7 @@ class WorkOptions:
             return assemble(work, shape, results, folder)
 
     @contextmanager
-    def _results(self, work: Work, tiles: Sequence[Tile]) -> Iterator[Iterator[list[TileResult]]]:
+    def _results(self, work: Work, tiles: Sequence[RasterTile]) -> Iterator[Iterator[list[TileResult]]]:
         if self.processes is not None:
             groups = self.processes.groups(work, tiles)
             with progress("Integrating images", sum(len(seen_images(group)) for group in groups)) as advance:

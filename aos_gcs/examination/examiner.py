@@ -13,7 +13,7 @@ import numpy as np
 from aos_gcs.errors import ImagingError, InputDataError
 from aos_gcs.examination.overview import Overview
 from aos_gcs.examination.reduction import reduced
-from aos_gcs.examination.search import Candidate, SearchSettings, WindowFound, search_window
+from aos_gcs.examination.search import Candidate, ExaminationSettings, WindowFound, search_window
 from aos_gcs.examination.survey_mission import SurveyMission
 from aos_gcs.examination.windows import FrameWindow, examined_ground
 from aos_gcs.geometry.geodesy import LocalFrame
@@ -56,7 +56,7 @@ class Examination:
     """Bands by which the images are judged: that of one band counts as thermal."""
     surface: FocalSurface
     windows: tuple[FrameWindow, ...]
-    settings: SearchSettings
+    settings: ExaminationSettings
     ground_m: float
     """Height of the ground where the surface is not known."""
     terrain_name: str = ""

@@ -9,7 +9,7 @@ import numpy as np
 
 from aos_gcs.errors import InputDataError
 from aos_gcs.examination.examiner import Examination
-from aos_gcs.examination.search import SearchSettings
+from aos_gcs.examination.search import ExaminationSettings
 from aos_gcs.examination.windows import examined_ground, plan_windows
 from aos_gcs.imaging.geolocation import Uncertainty
 from aos_gcs.imaging.views import FocalSurface
@@ -38,7 +38,7 @@ def prepared(survey: Survey, surface: FocalSurface, detection: Detection, terrai
     seen = seen_ground(survey.images, surface, ground_m)
     examined = examined_ground(seen, [window.frames for window in windows])
     rate_per_ha = detection.false_alarms_per_ha / examined.windows_per_place
-    settings = SearchSettings(replace(detection, false_alarms_per_ha=rate_per_ha), _uncertainty(survey))
+    settings = ExaminationSettings(replace(detection, false_alarms_per_ha=rate_per_ha), _uncertainty(survey))
     # A thermal recording is a grey picture to its files.
     bands = ("thermal",) if survey.bands == ("grey",) else survey.bands
     return Examination(survey, bands, surface, windows, settings, ground_m, terrain_name)

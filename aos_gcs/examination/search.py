@@ -31,7 +31,7 @@ MAX_JUDGED = 200
 
 
 @dataclass(frozen=True, slots=True)
-class SearchSettings:
+class ExaminationSettings:
     """What counts as an anomaly, and how well places are known."""
 
     detection: Detection
@@ -65,13 +65,13 @@ class WindowFound:
     """Reason why a frame took no part, by its ``vehicle_id``."""
 
 
-def search_window(frames: Sequence[Frame], surface: FocalSurface, settings: SearchSettings) -> WindowFound:
+def search_window(frames: Sequence[Frame], surface: FocalSurface, settings: ExaminationSettings) -> WindowFound:
     """Return what the frames of a window show. Takes seconds: call it in a thread.
 
     Args:
         frames: frames in an east-north-up world, each of a vehicle of its own.
         surface: ground.
-        settings: see :class:`SearchSettings`.
+        settings: see :class:`ExaminationSettings`.
 
     Raises:
         ImagingError: if no frame sees the surface, or the detector cannot be applied to any.

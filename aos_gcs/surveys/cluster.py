@@ -12,14 +12,14 @@ from typing import Any
 from aos_gcs.cluster import load_distributed
 from aos_gcs.errors import AosError, LinkError
 from aos_gcs.surveys.integration import Advance, TileResult, Work, integrate_tiles
-from aos_gcs.surveys.tiles import Tile, grouped
+from aos_gcs.surveys.tiles import RasterTile, grouped
 
 GROUPS_PER_WORKER = 4
 """Number of groups, so that no worker idles long while another computes the last one."""
 
 
 def integrate_on_cluster(
-    client: Any, work: Work, tiles: Sequence[Tile], advance: Advance
+    client: Any, work: Work, tiles: Sequence[RasterTile], advance: Advance
 ) -> Iterator[list[TileResult]]:
     """Integrate tiles on the workers of a cluster; groups come in the order in which they are done.
 

@@ -21,7 +21,7 @@ from aos_gcs.surveys.images import LazyFrames, read_frame
 from aos_gcs.surveys.levels import add_levels, levels
 from aos_gcs.surveys.model import SurveyImage
 from aos_gcs.surveys.significance import AnomalySums
-from aos_gcs.surveys.tiles import Tile, Window
+from aos_gcs.surveys.tiles import RasterTile, Window
 
 TERRAIN_BYTES = 64
 """Memory per cell: its point in double and single precision, and what finding it takes."""
@@ -91,7 +91,7 @@ class TileResult:
 class _TileSums:
     """A tile's sums while frames come in."""
 
-    def __init__(self, work: Work, tile: Tile) -> None:
+    def __init__(self, work: Work, tile: RasterTile) -> None:
         self.images = frozenset(tile.images)
         self._tile = tile
         self._view = tile.view(work.surface)
@@ -123,7 +123,7 @@ class _TileSums:
 
 
 def integrate_tiles(
-    work: Work, tiles: Sequence[Tile], advance: Advance = lambda _: None, reading: Reading | None = None
+    work: Work, tiles: Sequence[RasterTile], advance: Advance = lambda _: None, reading: Reading | None = None
 ) -> list[TileResult]:
     """Integrate some tiles at the same time, so that an image that several of them see is read once.
 
@@ -151,7 +151,7 @@ def integrate_tiles(
     return [total.result(broken) for total in sums]
 
 
-def seen_images(tiles: Iterable[Tile]) -> list[int]:
+def seen_images(tiles: Iterable[RasterTile]) -> list[int]:
     """Return the indices of the images that may see any of the tiles, ascending."""
     return sorted({index for tile in tiles for index in tile.images})
 
@@ -159,7 +159,7 @@ def seen_images(tiles: Iterable[Tile]) -> list[int]:
 class _OwnReading:
     """Reads images for one process alone."""
 
-    def __init__(self, work: Work, tiles: Sequence[Tile]) -> None:
+    def __init__(self, work: Work, tiles: Sequence[RasterTile]) -> None:
         self._work = work
         self._cell_m = tiles[0].cell_m
 
@@ -194,7 +194,7 @@ def _levels(work: Work, frame: Frame, cell_m: float | None) -> Frame | None:
     return levels(frame, work.detector, work.surface, work.min_score, cell_m)
 
 
-def _trimmed(work: Work, tile: Tile, advance: Advance) -> TileResult:
+def _trimmed(work: Work, tile: RasterTile, advance: Advance) -> TileResult:
     broken: dict[int, str] = {}
     if work.skip_broken:
         # Frames are gone through several times: which of them can be read has to be known before.

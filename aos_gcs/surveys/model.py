@@ -13,7 +13,7 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.surveys.radiometric.settings import TemperatureSettings
-from aos_gcs.surveys.takeoffs import Takeoff
+from aos_gcs.surveys.takeoffs import TakeoffSite
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,7 +55,7 @@ class Survey:
     """Remarks on the recording as a whole, for its operator."""
     warnings: tuple[str, ...] = ()
     """What may make the result wrong, with the remedy; shown beside the result, too."""
-    takeoffs: tuple[Takeoff, ...] = ()
+    takeoffs: tuple[TakeoffSite, ...] = ()
     """Places of takeoff of photographs; none where their altitudes are not told."""
     not_chosen: frozenset[str] = frozenset()
     """Names of the images that are left out because others were asked for."""

@@ -26,7 +26,7 @@ from aos_gcs.surveys.kinds import usual_kind
 from aos_gcs.surveys.model import Survey, SurveyImage
 from aos_gcs.surveys.radiometric.reading import read_thermal_camera
 from aos_gcs.surveys.radiometric.settings import TemperatureSettings
-from aos_gcs.surveys.takeoffs import Takeoff, group_takeoffs
+from aos_gcs.surveys.takeoffs import TakeoffSite, group_takeoffs
 
 _ALIKE_FOV = 1.3
 """Ratio of fields of view up to which photographs are of one camera."""
@@ -146,7 +146,7 @@ def read_photos(
     )
 
 
-def _with_shared_takeoffs(photos: Sequence[_Photo], takeoffs: Sequence[Takeoff]) -> list[_Photo]:
+def _with_shared_takeoffs(photos: Sequence[_Photo], takeoffs: Sequence[TakeoffSite]) -> list[_Photo]:
     """Return photographs with the altitudes of their takeoffs."""
     altitudes_m = {index: takeoff.altitude_amsl_m for takeoff in takeoffs for index in takeoff.photographs}
     return [replace(photo, takeoff_amsl_m=altitudes_m.get(index)) for index, photo in enumerate(photos)]
@@ -206,7 +206,7 @@ def _remarks(photos: Sequence[_Photo]) -> tuple[str, ...]:
 
 
 def _takeoff_warnings(
-    photos: Sequence[_Photo], takeoffs: Sequence[Takeoff], folder: Path, *, on_terrain: bool
+    photos: Sequence[_Photo], takeoffs: Sequence[TakeoffSite], folder: Path, *, on_terrain: bool
 ) -> tuple[str, ...]:
     """Return what makes heights doubtful: several takeoffs, and altitudes that no flight has."""
 

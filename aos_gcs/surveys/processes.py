@@ -18,7 +18,7 @@ from aos_gcs.errors import LinkError
 from aos_gcs.imaging.workers import use_one_thread
 from aos_gcs.surveys.integration import Advance, TileResult, Work, integrate_tiles
 from aos_gcs.surveys.shared_reading import ReadingPlan, SharedReading, StoppedError
-from aos_gcs.surveys.tiles import Tile, grouped
+from aos_gcs.surveys.tiles import RasterTile, grouped
 from aos_gcs.workers.arena import Arena, pack, unpack
 
 GROUPS_PER_PROCESS = 1
@@ -68,11 +68,13 @@ class Processes:
     def __init__(self, pool: ProcessPoolExecutor, shared: _Shared, count: int) -> None:
         self._pool, self._shared, self._count = pool, shared, count
 
-    def groups(self, work: Work, tiles: Sequence[Tile]) -> list[list[Tile]]:
+    def groups(self, work: Work, tiles: Sequence[RasterTile]) -> list[list[RasterTile]]:
         """Return the groups of tiles that the processes compute one at a time."""
         return grouped(tiles, work.cell_bytes, work.max_bytes, GROUPS_PER_PROCESS * self._count)
 
-    def integrate(self, work: Work, groups: Sequence[Sequence[Tile]], advance: Advance) -> Iterator[list[TileResult]]:
+    def integrate(
+        self, work: Work, groups: Sequence[Sequence[RasterTile]], advance: Advance
+    ) -> Iterator[list[TileResult]]:
         """Integrate groups of tiles; they come in the order in which they are done.
 
         Args:
@@ -149,7 +151,7 @@ def _integrate(request: bytes, number: int) -> list[TileResult]:
     """Integrate the group of tiles of a number."""
     shared = _shared[-1]
     work, groups, plan = unpack(request, shared.request.arena)
-    tiles: Sequence[Tile] = groups[number]
+    tiles: Sequence[RasterTile] = groups[number]
 
     def advance(units: int) -> None:
         if shared.is_stopped.is_set():

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from aos_gcs.imaging.integral import BATCH_FRAMES
 from aos_gcs.imaging.model import Frame
 from aos_gcs.surveys.integration import BATCH_BYTES, Read, Work, read_with_levels, seen_images
-from aos_gcs.surveys.tiles import Tile
+from aos_gcs.surveys.tiles import RasterTile
 
 _TYPES = (np.dtype(np.uint8), np.dtype(np.uint16), np.dtype(np.float32))
 """Types of pixels, by their numbers in the memory."""
@@ -50,7 +50,7 @@ class ReadingPlan:
     """Memory of one image."""
 
     @classmethod
-    def of(cls, work: Work, groups: Sequence[Sequence[Tile]]) -> ReadingPlan | None:
+    def of(cls, work: Work, groups: Sequence[Sequence[RasterTile]]) -> ReadingPlan | None:
         """Return the division; None where nothing is gained, or images are so large that each process reads its own."""
         if len(groups) < 2 or work.trim is not None:
             return None

@@ -21,7 +21,7 @@ FEWEST = 3
 
 
 @dataclass(frozen=True, slots=True)
-class Takeoff:
+class TakeoffSite:
     """A place that an aircraft has taken off from."""
 
     altitude_amsl_m: AmslM
@@ -32,7 +32,7 @@ class Takeoff:
     """Indices of those among them that tell an altitude far from it, which is taken for an error."""
 
 
-def group_takeoffs(altitudes_amsl_m: Sequence[AmslM | None]) -> tuple[Takeoff, ...]:
+def group_takeoffs(altitudes_amsl_m: Sequence[AmslM | None]) -> tuple[TakeoffSite, ...]:
     """Return the takeoffs of photographs, the one with the most photographs first; none where no altitude is told.
 
     Args:
@@ -53,7 +53,7 @@ def group_takeoffs(altitudes_amsl_m: Sequence[AmslM | None]) -> tuple[Takeoff, .
         altitude_m = float(np.median(altitudes_m[(own == group) & (joined == group)]))
         strays = places[(joined == group) & (own != group)]
         photographs = np.flatnonzero(joined[nearest] == group)
-        takeoffs.append(Takeoff(AmslM(altitude_m), tuple(photographs.tolist()), tuple(strays.tolist())))
+        takeoffs.append(TakeoffSite(AmslM(altitude_m), tuple(photographs.tolist()), tuple(strays.tolist())))
     return tuple(sorted(takeoffs, key=lambda one: (-len(one.photographs), one.photographs)))
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from aos_gcs.geometry.heights import SEA_LEVEL, AmslM
 from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.surveys.model import Survey
-from aos_gcs.surveys.takeoffs import Takeoff
+from aos_gcs.surveys.takeoffs import TakeoffSite
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +28,7 @@ class FlownHeights:
 
 def flown_heights(survey: Survey, terrain: Terrain) -> Iterator[FlownHeights]:
     """Yield the heights of each takeoff whose photographs tell them, and below some of which the terrain is known."""
-    everything = Takeoff(SEA_LEVEL, tuple(range(len(survey.images))))
+    everything = TakeoffSite(SEA_LEVEL, tuple(range(len(survey.images))))
     for takeoff in survey.takeoffs or (everything,):
         images = [survey.images[index] for index in takeoff.photographs]
         told = [(one, one.relative_altitude_m) for one in images if one.relative_altitude_m is not None]

@@ -41,7 +41,7 @@ class Placed(Protocol):
         """Pose of its camera at exposure."""
 
 
-class Tile(Protocol):
+class RasterTile(Protocol):
     """A part of a raster that can be computed on its own."""
 
     @property
@@ -70,11 +70,11 @@ class MapTile:
 
     @property
     def cell_m(self) -> float:
-        """See :class:`Tile`."""
+        """See :class:`RasterTile`."""
         return self.raster.resolution_m
 
     def view(self, surface: FocalSurface) -> FocalView:
-        """See :class:`Tile`."""
+        """See :class:`RasterTile`."""
         return ortho_view(self.raster, surface)
 
 
@@ -89,11 +89,11 @@ class ViewTile:
 
     @property
     def window(self) -> Window:
-        """See :class:`Tile`."""
+        """See :class:`RasterTile`."""
         return slice(0, self.camera.height_px), slice(0, self.camera.width_px)
 
     def view(self, surface: FocalSurface) -> FocalView:
-        """See :class:`Tile`."""
+        """See :class:`RasterTile`."""
         return perspective_view(self.camera, self.pose, surface)
 
 
@@ -125,7 +125,9 @@ def map_tiles(
     return tiles
 
 
-def grouped(tiles: Sequence[Tile], cell_bytes: int, max_bytes: int, least_groups: int = 1) -> list[list[Tile]]:
+def grouped(
+    tiles: Sequence[RasterTile], cell_bytes: int, max_bytes: int, least_groups: int = 1
+) -> list[list[RasterTile]]:
     """Divide tiles into groups whose sums fit into memory, in their order; a group has at least one tile.
 
     Args:
@@ -134,7 +136,7 @@ def grouped(tiles: Sequence[Tile], cell_bytes: int, max_bytes: int, least_groups
         max_bytes: largest size of the sums of a group.
         least_groups: number of groups of about equal work, if there are enough tiles for it.
     """
-    groups: list[list[Tile]] = []
+    groups: list[list[RasterTile]] = []
     used_bytes = 0
     work = np.array([_cells(tile) * len(tile.images) for tile in tiles])
     shares = np.floor(least_groups * (np.cumsum(work) - work / 2) / max(work.sum(), 1))
@@ -148,7 +150,7 @@ def grouped(tiles: Sequence[Tile], cell_bytes: int, max_bytes: int, least_groups
     return groups
 
 
-def _cells(tile: Tile) -> int:
+def _cells(tile: RasterTile) -> int:
     rows, columns = tile.window
     return int((rows.stop - rows.start) * (columns.stop - columns.start))
 

@@ -20,7 +20,7 @@ from scipy.sparse import csr_array
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.surveys.calibration.observations import COMMON, OWN, ObservationModel, Unknowns
-from aos_gcs.surveys.calibration.tracks import Tracks
+from aos_gcs.surveys.calibration.tracks import FeatureTracks
 from aos_gcs.surveys.motion import ImageMotion
 
 PRIOR_SIGMAS = np.array([np.radians(3.0)] * 3 + [0.05, 0.1, 0.1, 0.3])
@@ -78,7 +78,7 @@ class Adjusted:
 
 
 def adjust(
-    tracks: Tracks,
+    tracks: FeatureTracks,
     points_m: NDArray[np.float64],
     camera: CameraModel,
     *,
@@ -186,7 +186,7 @@ class _System:
         residual: NDArray[np.float64],
         *,
         sigma_px: float,
-        tracks: Tracks,
+        tracks: FeatureTracks,
         information: NDArray[np.float64],
         fixed: NDArray[np.bool_],
     ) -> _System:

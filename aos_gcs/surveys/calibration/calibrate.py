@@ -16,7 +16,7 @@ from aos_gcs.geometry.projection import project_points
 from aos_gcs.surveys.calibration.adjustment import PRIOR_SIGMAS, Adjusted, Sigmas, adjust
 from aos_gcs.surveys.calibration.held_out import HeldOut, held_out_residuals
 from aos_gcs.surveys.calibration.observations import CLOCK, COMMON, corrected_camera
-from aos_gcs.surveys.calibration.tracks import Features, Tracks, find_features, make_tracks, match, triangulate
+from aos_gcs.surveys.calibration.tracks import Features, FeatureTracks, find_features, make_tracks, match, triangulate
 from aos_gcs.surveys.images import read_frame
 from aos_gcs.surveys.model import Survey
 from aos_gcs.surveys.motion import ImageMotion, motion_of
@@ -128,7 +128,7 @@ def _drift_at(survey: Survey, chosen: NDArray[np.intp]) -> NDArray[np.float64]:
 
 def _tracks(
     features: Sequence[Features], camera: CameraModel, poses: Sequence[Pose]
-) -> tuple[Tracks, NDArray[np.float64]]:
+) -> tuple[FeatureTracks, NDArray[np.float64]]:
     """Return points of the ground, first from neighbours in the recording, then from all images that overlap."""
     count = len(features)
     near = [(first, second) for first in range(count) for second in (first + 1, first + 2) if second < count]
@@ -149,7 +149,7 @@ def _tracks(
     return tracks.chosen(usable), points_m[usable]
 
 
-def _first_of(tracks: Tracks) -> NDArray[np.intp]:
+def _first_of(tracks: FeatureTracks) -> NDArray[np.intp]:
     """Return the first observation of each point."""
     return np.unique(tracks.point, return_index=True)[1]
 

@@ -18,7 +18,7 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.surveys.calibration.adjustment import Sigmas, adjust
 from aos_gcs.surveys.calibration.observations import CLOCK, corrected_camera
-from aos_gcs.surveys.calibration.tracks import Tracks, triangulate
+from aos_gcs.surveys.calibration.tracks import FeatureTracks, triangulate
 from aos_gcs.surveys.motion import ImageMotion
 
 FOLDS = 3
@@ -41,7 +41,7 @@ class HeldOut:
 
 
 def held_out_residuals(
-    tracks: Tracks,
+    tracks: FeatureTracks,
     camera: CameraModel,
     poses: Sequence[Pose],
     *,
@@ -75,7 +75,7 @@ def held_out_residuals(
 class _Stretch:
     """Some images of a recording, and what they show."""
 
-    tracks: Tracks
+    tracks: FeatureTracks
     poses: tuple[Pose, ...]
     motion: ImageMotion
     sigmas: Sigmas

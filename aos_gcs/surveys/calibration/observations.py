@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.distortion import LensDistortion, LensModel
 from aos_gcs.geometry.poses import Pose
-from aos_gcs.surveys.calibration.tracks import Tracks
+from aos_gcs.surveys.calibration.tracks import FeatureTracks
 from aos_gcs.surveys.motion import ImageMotion
 
 COMMON = 7
@@ -60,7 +60,7 @@ def corrected_camera(camera: CameraModel, common: NDArray[np.float64]) -> Camera
 class ObservationModel:
     """Places at which images show points, with the derivatives by all unknowns."""
 
-    def __init__(self, tracks: Tracks, camera: CameraModel, poses: Sequence[Pose], motion: ImageMotion) -> None:
+    def __init__(self, tracks: FeatureTracks, camera: CameraModel, poses: Sequence[Pose], motion: ImageMotion) -> None:
         self._tracks, self._camera = tracks, camera
         image = tracks.image
         self._R = np.array([pose.R_cam2enu for pose in poses])[image]

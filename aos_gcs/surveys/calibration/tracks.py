@@ -43,7 +43,7 @@ class Features:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Tracks:
+class FeatureTracks:
     """Points and where images show them; arrays with one row per observation."""
 
     image: NDArray[np.intp]
@@ -57,19 +57,19 @@ class Tracks:
         """Number of points."""
         return int(self.point.max()) + 1 if len(self.point) else 0
 
-    def chosen(self, keep: NDArray[np.bool_]) -> Tracks:
+    def chosen(self, keep: NDArray[np.bool_]) -> FeatureTracks:
         """Return the tracks of some points, shape (count,), numbered anew."""
         seen = keep[self.point]
         number = np.cumsum(keep) - 1
-        return Tracks(self.image[seen], number[self.point[seen]], self.pixels[seen])
+        return FeatureTracks(self.image[seen], number[self.point[seen]], self.pixels[seen])
 
-    def in_images(self, images: NDArray[np.intp]) -> Tracks:
+    def in_images(self, images: NDArray[np.intp]) -> FeatureTracks:
         """Return what at least two of some images show, both images and points numbered anew, the latter in order."""
         seen = np.isin(self.image, images)
         counts = np.bincount(self.point[seen], minlength=self.count)
         seen &= counts[self.point] > 1
         number = np.cumsum(counts > 1) - 1
-        return Tracks(np.searchsorted(images, self.image[seen]), number[self.point[seen]], self.pixels[seen])
+        return FeatureTracks(np.searchsorted(images, self.image[seen]), number[self.point[seen]], self.pixels[seen])
 
 
 def find_features(image: Pixels) -> Features:
@@ -118,7 +118,7 @@ def match(first: Features, second: Features, camera: CameraModel) -> NDArray[np.
     return kept if len(kept) >= MIN_MATCHES else none
 
 
-def make_tracks(features: Sequence[Features], matches: Iterable[tuple[int, int, NDArray[np.intp]]]) -> Tracks:
+def make_tracks(features: Sequence[Features], matches: Iterable[tuple[int, int, NDArray[np.intp]]]) -> FeatureTracks:
     """Join pairs of features, given with the indices of their images, to points.
 
     Points that one image shows twice are left out, as some of their matches must be wrong.
@@ -145,11 +145,11 @@ def make_tracks(features: Sequence[Features], matches: Iterable[tuple[int, int, 
     nodes = np.array([node for track in tracks for node in track], dtype=np.intp)
     point = np.repeat(np.arange(len(tracks)), [len(track) for track in tracks])
     pixels = np.concatenate([one.pixels for one in features]) if features else np.empty((0, 2))
-    return Tracks(image[nodes], point.astype(np.intp), pixels[nodes])
+    return FeatureTracks(image[nodes], point.astype(np.intp), pixels[nodes])
 
 
 def triangulate(
-    tracks: Tracks, camera: CameraModel, poses: Sequence[Pose]
+    tracks: FeatureTracks, camera: CameraModel, poses: Sequence[Pose]
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Return the points nearest to their rays, shape (m, 3), and which of them lie in front of their cameras.
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.errors import AosError, ConfigurationError, InputDataError, WorkerError
 from aos_gcs.surveys.radiometric.dji_library import measure, picture_size
-from aos_gcs.surveys.radiometric.settings import Scene
+from aos_gcs.surveys.radiometric.settings import MeasurementConditions
 from aos_gcs.workers.process import Child, WorkerSettings
 
 T = TypeVar("T")
@@ -79,26 +79,26 @@ class ThermalSdk:
         for _ in range(self._processes):
             self._idle.put(None)
 
-    def celsius(self, content: bytes, scene: Scene) -> NDArray[np.float32]:
+    def celsius(self, content: bytes, conditions: MeasurementConditions) -> NDArray[np.float32]:
         """Return the temperatures of objects, degrees Celsius, shape (H, W).
 
         Raises:
             InputDataError: with the reason alone, if the file has none, or the SDK refuses it or the conditions.
             ConfigurationError: if the library cannot be used.
         """
-        celsius = self._call(measure, content, scene)
+        celsius = self._call(measure, content, conditions)
         if not (np.isfinite(celsius) & (celsius > _COLDEST_C)).all():
             raise InputDataError("DJI's Thermal SDK gives no temperatures for some of its pixels")
         return celsius
 
-    def size_px(self, content: bytes, scene: Scene) -> tuple[int, int]:
+    def size_px(self, content: bytes, conditions: MeasurementConditions) -> tuple[int, int]:
         """Return height and width of the temperatures of a photograph, without measuring them.
 
         Raises:
             InputDataError: as of :meth:`celsius`.
             ConfigurationError: as of :meth:`celsius`.
         """
-        return self._call(picture_size, content, scene)
+        return self._call(picture_size, content, conditions)
 
     def close(self) -> None:
         """End the processes, when each has done what it does."""
@@ -106,11 +106,16 @@ class ThermalSdk:
             _end(child)
             self._idle.put(None)
 
-    def _call(self, function: Callable[[str, bytes, Scene], T], content: bytes, scene: Scene) -> T:
+    def _call(
+        self,
+        function: Callable[[str, bytes, MeasurementConditions], T],
+        content: bytes,
+        conditions: MeasurementConditions,
+    ) -> T:
         child = self._idle.get()
         try:
             child = child or Child(self._settings)
-            has_returned, result = child.call(function, (str(self._library), content, scene), {})
+            has_returned, result = child.call(function, (str(self._library), content, conditions), {})
         except (WorkerError, OSError) as error:
             _end(child)
             child = None

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.errors import ConfigurationError, InputDataError
-from aos_gcs.surveys.radiometric.settings import Scene
+from aos_gcs.surveys.radiometric.settings import MeasurementConditions
 
 _NO_TEMPERATURES = frozenset({-4, -5, -6, -7})
 _UNUSABLE = {
@@ -26,16 +26,16 @@ _CONDITIONS = ("distance", "humidity", "emissivity", "reflected", "air")
 """Conditions in the order of the library's structure, by the names of ``--degrees``; version 1.4 has no air."""
 
 
-def picture_size(path: str, content: bytes, scene: Scene) -> tuple[int, int]:
+def picture_size(path: str, content: bytes, conditions: MeasurementConditions) -> tuple[int, int]:
     """Return height and width of the temperatures of a file, pixels, which takes a hundredth of measuring them.
 
     Arguments and errors are those of :func:`measure`.
     """
-    with _opened(path, content, scene) as (_, _, size_px):
+    with _opened(path, content, conditions) as (_, _, size_px):
         return size_px
 
 
-def measure(path: str, content: bytes, scene: Scene) -> NDArray[np.float32]:
+def measure(path: str, content: bytes, conditions: MeasurementConditions) -> NDArray[np.float32]:
     """Return the temperatures of objects, degrees Celsius, shape (H, W).
 
     The library may end this process, or take it over, where a file is damaged.
@@ -43,13 +43,13 @@ def measure(path: str, content: bytes, scene: Scene) -> NDArray[np.float32]:
     Args:
         path: the library.
         content: a JPEG file.
-        scene: conditions of the measurement.
+        conditions: conditions of the measurement.
 
     Raises:
         InputDataError: with the reason alone, if the file has none, or the library refuses it or the conditions.
         ConfigurationError: if the library cannot be used.
     """
-    with _opened(path, content, scene) as (library, handle, size_px):
+    with _opened(path, content, conditions) as (library, handle, size_px):
         celsius = np.empty(size_px, np.float32)
         pixels = celsius.ctypes.data_as(ctypes.POINTER(ctypes.c_float))
         _check(library.dirp_measure_ex(handle, pixels, ctypes.c_int32(celsius.nbytes)))
@@ -57,7 +57,9 @@ def measure(path: str, content: bytes, scene: Scene) -> NDArray[np.float32]:
 
 
 @contextmanager
-def _opened(path: str, content: bytes, scene: Scene) -> Iterator[tuple[ctypes.CDLL, ctypes.c_void_p, tuple[int, int]]]:
+def _opened(
+    path: str, content: bytes, conditions: MeasurementConditions
+) -> Iterator[tuple[ctypes.CDLL, ctypes.c_void_p, tuple[int, int]]]:
     """Open a file under some conditions: the library, its handle, and height and width in pixels."""
     try:
         library = ctypes.CDLL(path)
@@ -68,7 +70,7 @@ def _opened(path: str, content: bytes, scene: Scene) -> Iterator[tuple[ctypes.CD
     data = ctypes.create_string_buffer(content, len(content))
     _check(library.dirp_create_from_rjpeg(data, ctypes.c_int32(len(content)), ctypes.byref(handle)))
     try:
-        _set_conditions(library, handle, scene)
+        _set_conditions(library, handle, conditions)
         size = (ctypes.c_int32 * 2)()
         _check(library.dirp_get_rjpeg_resolution(handle, size))
         width_px, height_px = size
@@ -77,10 +79,10 @@ def _opened(path: str, content: bytes, scene: Scene) -> Iterator[tuple[ctypes.CD
         library.dirp_destroy(handle)
 
 
-def _set_conditions(library: ctypes.CDLL, handle: ctypes.c_void_p, scene: Scene) -> None:
+def _set_conditions(library: ctypes.CDLL, handle: ctypes.c_void_p, conditions: MeasurementConditions) -> None:
     """Replace conditions that the camera was set to."""
-    percent = None if scene.humidity is None else 100.0 * scene.humidity
-    given = (scene.distance_m, percent, scene.emissivity, scene.reflected_c, scene.air_c)
+    percent = None if conditions.humidity is None else 100.0 * conditions.humidity
+    given = (conditions.distance_m, percent, conditions.emissivity, conditions.reflected_c, conditions.air_c)
     if all(value is None for value in given):
         return
     wanted = [None if value is None else ctypes.c_float(value).value for value in given]

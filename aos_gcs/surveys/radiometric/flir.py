@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.errors import InputDataError
 from aos_gcs.image_headers import PNG_START
-from aos_gcs.surveys.radiometric.settings import Scene
+from aos_gcs.surveys.radiometric.settings import MeasurementConditions
 
 _ZERO_CELSIUS_K = 273.15
 _SEGMENT_START = b"FLIR\0\x01"
@@ -70,18 +70,20 @@ class FlirImage:
         fov_deg = self.fields["fov_deg"]
         return math.radians(fov_deg) if 0.0 < fov_deg < 180.0 else None
 
-    def celsius(self, scene: Scene) -> NDArray[np.float32]:
+    def celsius(self, conditions: MeasurementConditions) -> NDArray[np.float32]:
         """Return the temperatures of objects, degrees Celsius, shape (H, W).
 
         Raises:
             InputDataError: with the reason alone, if the constants or the conditions give none.
         """
         field = self.fields
-        emissivity = field["emissivity"] if scene.emissivity is None else scene.emissivity
-        distance_m = field["distance_m"] if scene.distance_m is None else scene.distance_m
-        humidity = _as_share(field["humidity"]) if scene.humidity is None else scene.humidity
-        reflected_k = field["reflected_k"] if scene.reflected_c is None else scene.reflected_c + _ZERO_CELSIUS_K
-        air_k = field["air_k"] if scene.air_c is None else scene.air_c + _ZERO_CELSIUS_K
+        emissivity = field["emissivity"] if conditions.emissivity is None else conditions.emissivity
+        distance_m = field["distance_m"] if conditions.distance_m is None else conditions.distance_m
+        humidity = _as_share(field["humidity"]) if conditions.humidity is None else conditions.humidity
+        reflected_k = (
+            field["reflected_k"] if conditions.reflected_c is None else conditions.reflected_c + _ZERO_CELSIUS_K
+        )
+        air_k = field["air_k"] if conditions.air_c is None else conditions.air_c + _ZERO_CELSIUS_K
         window = field["window_transmission"] if 0.0 < field["window_transmission"] <= 1.0 else 1.0
         if not 0.0 < emissivity <= 1.0:
             raise InputDataError(

@@ -35,7 +35,7 @@ def read_temperatures(content: bytes, settings: TemperatureSettings) -> NDArray[
         ConfigurationError: if DJI's Thermal SDK is not usable.
     """
     flir = read_flir(content)
-    return flir.celsius(settings.scene) if flir else _sdk(content, settings).celsius(content, settings.scene)
+    return flir.celsius(settings.conditions) if flir else _sdk(content, settings).celsius(content, settings.conditions)
 
 
 def read_thermal_camera(content: bytes, settings: TemperatureSettings) -> ThermalCamera:
@@ -47,9 +47,9 @@ def read_thermal_camera(content: bytes, settings: TemperatureSettings) -> Therma
     """
     flir = read_flir(content)
     if flir:
-        height_px, width_px = flir.celsius(settings.scene).shape
+        height_px, width_px = flir.celsius(settings.conditions).shape
         return ThermalCamera(height_px, width_px, flir.horizontal_fov_rad)
-    height_px, width_px = _sdk(content, settings).size_px(content, settings.scene)
+    height_px, width_px = _sdk(content, settings).size_px(content, settings.conditions)
     return ThermalCamera(height_px, width_px, None)
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 
 @dataclass(frozen=True, slots=True)
-class Scene:
+class MeasurementConditions:
     """Conditions of a measurement; None: as the camera was set."""
 
     emissivity: float | None = None
@@ -23,6 +23,6 @@ class Scene:
 class TemperatureSettings:
     """Conditions of the measurement, and what else reads temperatures."""
 
-    scene: Scene = Scene()
+    conditions: MeasurementConditions = MeasurementConditions()
     dji_library: Path | None = None
     """Library of DJI's Thermal SDK; None: photographs of DJI give no temperatures."""

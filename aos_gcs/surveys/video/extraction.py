@@ -20,7 +20,7 @@ from aos_gcs.geometry.poses import Pose
 from aos_gcs.input_values import require_file
 from aos_gcs.surveys.images import MAX_PIXELS
 from aos_gcs.surveys.poses_writing import poses_document
-from aos_gcs.surveys.video.subtitles import Sample, read_subtitle_file, samples_of
+from aos_gcs.surveys.video.subtitles import CueTelemetry, read_subtitle_file, samples_of
 from aos_gcs.surveys.video.track import FlightTrack
 
 POSES_NAME = "poses.json"
@@ -60,7 +60,7 @@ class Extraction:
     """Whether the video ended with an error after some frames."""
 
 
-def read_telemetry(video: Path, subtitles: Path | None = None) -> list[Sample]:
+def read_telemetry(video: Path, subtitles: Path | None = None) -> list[CueTelemetry]:
     """Read the telemetry of a video: of a subtitle file, else of one with its name beside it, else of its own track.
 
     Raises:

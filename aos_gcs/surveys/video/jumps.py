@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.geometry.heights import SEA_LEVEL
-from aos_gcs.surveys.video.subtitles import Sample
+from aos_gcs.surveys.video.subtitles import CueTelemetry
 
 MAX_SPEED_MPS = 50.0
 """Speed that no aircraft with such a camera reaches."""
@@ -18,7 +18,7 @@ _INTERVAL_S = 1.5
 """Longest time between two positions of a receiver: cues come more often, and repeat them."""
 
 
-def without_jumps(samples: Sequence[Sample]) -> list[Sample]:
+def without_jumps(samples: Sequence[CueTelemetry]) -> list[CueTelemetry]:
     """Return samples, in the order of their times, without those that the longest unbroken part does not lead to.
 
     Args:

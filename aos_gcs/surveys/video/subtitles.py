@@ -47,7 +47,7 @@ _FULL_TURN_DEG = 360.0
 
 
 @dataclass(frozen=True, slots=True)
-class Sample:
+class CueTelemetry:
     """Telemetry of one cue; None where it is not recorded."""
 
     time_s: float
@@ -73,7 +73,7 @@ class Attitude:
     roll_deg: float = 0.0
 
 
-def read_subtitle_file(path: Path) -> list[Sample]:
+def read_subtitle_file(path: Path) -> list[CueTelemetry]:
     """Read the telemetry of a SubRip file, in the order of its times; cues without a fix are left out.
 
     Raises:
@@ -92,13 +92,13 @@ def read_subtitle_file(path: Path) -> list[Sample]:
     return samples_of(_cues(text.replace("\r\n", "\n").replace("\r", "\n")), str(path))
 
 
-def samples_of(cues: Iterator[tuple[float, str]], source: str) -> list[Sample]:
+def samples_of(cues: Iterator[tuple[float, str]], source: str) -> list[CueTelemetry]:
     """Return the telemetry of cues, times (s) and texts; ``source`` names them in errors.
 
     Raises:
         InputDataError: if no cue has a position, or they are those of several videos.
     """
-    samples: list[Sample] = []
+    samples: list[CueTelemetry] = []
     count, latest_s = 0, -math.inf
     for time_s, text in cues:
         count += 1
@@ -143,7 +143,7 @@ def _values(text: str) -> dict[str, float]:
     return values
 
 
-def _sample(time_s: float, values: Mapping[str, float]) -> Sample | None:
+def _sample(time_s: float, values: Mapping[str, float]) -> CueTelemetry | None:
     latitude_deg = values.get("latitude", math.nan)
     longitude_deg = next((values[name] for name in _LONGITUDE if name in values), math.nan)
     is_place = abs(latitude_deg) <= 90.0 and abs(longitude_deg) <= 180.0
@@ -152,7 +152,7 @@ def _sample(time_s: float, values: Mapping[str, float]) -> Sample | None:
     gimbal = [values.get(name, math.nan) for name in _ANGLES]
     relative_m = _altitude_m(values.get("rel_alt"))
     altitude_m = _altitude_m(values.get("abs_alt", values.get("altitude")))
-    return Sample(
+    return CueTelemetry(
         time_s,
         latitude_deg,
         longitude_deg,

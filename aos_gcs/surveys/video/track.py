@@ -16,7 +16,7 @@ from aos_gcs.geometry.heights import SEA_LEVEL, AboveHomeM, AmslM, home_below_m
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.geotags.attitude import R_cam2enu_of_gimbal
 from aos_gcs.surveys.video.jumps import without_jumps
-from aos_gcs.surveys.video.subtitles import Attitude, Sample
+from aos_gcs.surveys.video.subtitles import Attitude, CueTelemetry
 
 MAX_GAP_S = 2.5
 """Longest time between two samples over which a pose is interpolated; older aircraft write one a second."""
@@ -35,7 +35,7 @@ class FlightTrack:
     """
 
     def __init__(
-        self, samples: Sequence[Sample], *, ground_amsl_m: float | None = None, attitude: Attitude | None = None
+        self, samples: Sequence[CueTelemetry], *, ground_amsl_m: float | None = None, attitude: Attitude | None = None
     ) -> None:
         """Take samples in the order of their times.
 
@@ -124,7 +124,7 @@ class FlightTrack:
         raise InputDataError("The aircraft did not move, so that its course is not known: give YAW in degrees.")
 
 
-def _height_m(sample: Sample, ground_amsl_m: float | None) -> float | None:
+def _height_m(sample: CueTelemetry, ground_amsl_m: float | None) -> float | None:
     if ground_amsl_m is None:
         return sample.relative_altitude_m
     return None if sample.altitude_amsl_m is None else sample.altitude_amsl_m - ground_amsl_m

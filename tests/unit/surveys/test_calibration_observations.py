@@ -13,7 +13,7 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.distortion import LensDistortion, LensModel
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.surveys.calibration.observations import COMMON, OWN, ObservationModel, Unknowns
-from aos_gcs.surveys.calibration.tracks import Tracks
+from aos_gcs.surveys.calibration.tracks import FeatureTracks
 from aos_gcs.surveys.motion import ImageMotion
 
 IMAGES, POINTS = 4, 12
@@ -34,7 +34,7 @@ def _model_and_unknowns(lens: LensDistortion | None, behind: bool) -> tuple[Obse
     motion = replace(motion, acceleration_mps2=rng.normal(0.0, 1.0, (IMAGES, 3)))
     motion = replace(motion, rate_cam_radps=rng.normal(0.0, 0.5, (IMAGES, 3)))
     image, point = np.divmod(np.arange(IMAGES * POINTS), POINTS)
-    tracks = Tracks(image, point, np.zeros((len(image), 2)))
+    tracks = FeatureTracks(image, point, np.zeros((len(image), 2)))
     points_m = rng.uniform((-5.0, -5.0, 0.0), (14.0, 5.0, 3.0), (POINTS, 3))
     if behind:
         points_m[0, 2] = 60.0

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from aos_gcs.examination.search import SearchSettings, search_window
+from aos_gcs.examination.search import ExaminationSettings, search_window
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import nadir_pose
 from aos_gcs.geometry.projection import Plane, project_points
@@ -19,7 +19,7 @@ from aos_gcs.surveys.window_anomalies import Detection
 
 SIZE = 200
 CAMERA = CameraModel.from_fov(SIZE, SIZE, math.radians(50.0))
-SETTINGS = SearchSettings(Detection(), Uncertainty())
+SETTINGS = ExaminationSettings(Detection(), Uncertainty())
 
 
 def flight(length_m: float, width_m: float, *, degrees: bool = True) -> list[Frame]:

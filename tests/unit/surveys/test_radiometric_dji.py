@@ -13,13 +13,13 @@ import pytest
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.surveys.radiometric.dji import ThermalSdk, find_library
 from aos_gcs.surveys.radiometric.reading import read_temperatures
-from aos_gcs.surveys.radiometric.settings import Scene, TemperatureSettings
+from aos_gcs.surveys.radiometric.settings import MeasurementConditions, TemperatureSettings
 from tests.fakes.dji_sdk import COLD, CRASHING, PICTURE, RADIOMETRIC, build, celsius, photograph
 
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler")
 
 Sdk = Callable[..., ThermalSdk]
-AS_RECORDED = Scene()
+AS_RECORDED = MeasurementConditions()
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +45,7 @@ def test_the_size_is_told_without_measuring(opened: Sdk) -> None:
     # Nothing can be measured in this one.
     assert opened().size_px(photograph(COLD), AS_RECORDED) == celsius().shape
     with pytest.raises(InputDataError, match="takes a value of distance from 1 to 25"):
-        opened().size_px(photograph(RADIOMETRIC), Scene(distance_m=40.0))
+        opened().size_px(photograph(RADIOMETRIC), MeasurementConditions(distance_m=40.0))
 
 
 def test_threads_measure_at_the_same_time(opened: Sdk) -> None:
@@ -64,32 +64,35 @@ def test_threads_measure_at_the_same_time(opened: Sdk) -> None:
 
 
 def test_what_the_camera_was_set_to_can_be_replaced(opened: Sdk) -> None:
-    measured = opened().celsius(photograph(RADIOMETRIC), Scene(0.1, 20.0, 0.5, -10.0, 7.0))
+    measured = opened().celsius(photograph(RADIOMETRIC), MeasurementConditions(0.1, 20.0, 0.5, -10.0, 7.0))
     expected = celsius(emissivity=0.1, distance=20.0, humidity=50.0, reflected=-10.0, air=7.0)
     np.testing.assert_array_equal(measured, expected)
 
 
 REFUSED = {
-    "distance": (Scene(distance_m=40.0), "takes a value of distance from 1 to 25 for it, not 40"),
-    "humidity": (Scene(humidity=0.1), "takes a value of humidity from 0.2 to 1 for it, not 0.1"),
-    "by the library": (Scene(distance_m=13.0), r"refuses it, or the conditions of --degrees \(error -3\)"),
+    "distance": (MeasurementConditions(distance_m=40.0), "takes a value of distance from 1 to 25 for it, not 40"),
+    "humidity": (MeasurementConditions(humidity=0.1), "takes a value of humidity from 0.2 to 1 for it, not 0.1"),
+    "by the library": (
+        MeasurementConditions(distance_m=13.0),
+        r"refuses it, or the conditions of --degrees \(error -3\)",
+    ),
 }
 
 
 @pytest.mark.parametrize("case", REFUSED)
 def test_conditions_that_the_library_does_not_take_are_named(opened: Sdk, case: str) -> None:
-    scene, words = REFUSED[case]
+    conditions, words = REFUSED[case]
     with pytest.raises(InputDataError, match=words):
-        opened().celsius(photograph(RADIOMETRIC), scene)
+        opened().celsius(photograph(RADIOMETRIC), conditions)
 
 
 def test_an_old_library_knows_no_air(opened: Sdk) -> None:
     sdk = opened("-DCONDITIONS=4")
     np.testing.assert_array_equal(
-        sdk.celsius(photograph(RADIOMETRIC), Scene(emissivity=0.5))[0, :4], [5.0, 70.0, 0.5, 23.0]
+        sdk.celsius(photograph(RADIOMETRIC), MeasurementConditions(emissivity=0.5))[0, :4], [5.0, 70.0, 0.5, 23.0]
     )
     with pytest.raises(InputDataError, match="takes no air for it; leave air out of --degrees"):
-        sdk.celsius(photograph(RADIOMETRIC), Scene(air_c=7.0))
+        sdk.celsius(photograph(RADIOMETRIC), MeasurementConditions(air_c=7.0))
 
 
 @pytest.mark.parametrize(

@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 
 from aos_gcs.errors import InputDataError
 from aos_gcs.surveys.radiometric.flir import FlirImage, read_flir
-from aos_gcs.surveys.radiometric.settings import Scene
+from aos_gcs.surveys.radiometric.settings import MeasurementConditions
 from tests.fakes.flir_photographs import CAMERA, container, counts_of, insert
 
 CELSIUS = np.linspace(-15.0, 45.0, 320 * 240).reshape(240, 320)
-AS_RECORDED = Scene()
+AS_RECORDED = MeasurementConditions()
 
 
 def photograph(folder: Path, data: bytes) -> bytes:
@@ -57,7 +57,9 @@ def test_what_the_camera_was_set_to_can_be_replaced(tmp_path: Path) -> None:
     true = {"emissivity": 0.9, "distance_m": 60.0, "humidity": 0.9, "reflected_k": 263.15, "air_k": 280.15}
     image = read(photograph(tmp_path, container(counts(**true), CAMERA)))
     assert np.abs(image.celsius(AS_RECORDED) - CELSIUS).max() > 1.0
-    np.testing.assert_allclose(image.celsius(Scene(0.9, 60.0, 0.9, -10.0, 7.0)), CELSIUS, rtol=0.0, atol=0.05)
+    np.testing.assert_allclose(
+        image.celsius(MeasurementConditions(0.9, 60.0, 0.9, -10.0, 7.0)), CELSIUS, rtol=0.0, atol=0.05
+    )
 
 
 def test_a_black_body_at_no_distance_follows_plancks_law(tmp_path: Path) -> None:

@@ -8,10 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aos_gcs.geometry.heights import AmslM
-from aos_gcs.surveys.takeoffs import Takeoff, group_takeoffs
+from aos_gcs.surveys.takeoffs import TakeoffSite, group_takeoffs
 
 
-def takeoffs(*altitudes_m: float | None) -> tuple[Takeoff, ...]:
+def takeoffs(*altitudes_m: float | None) -> tuple[TakeoffSite, ...]:
     return group_takeoffs([None if altitude_m is None else AmslM(altitude_m) for altitude_m in altitudes_m])
 
 
@@ -37,7 +37,7 @@ def test_a_drift_is_one_flight() -> None:
 def test_an_altitude_that_one_photograph_alone_tells_is_an_error(at: int) -> None:
     altitudes_m = [600.0] * 7
     altitudes_m[at] = 680.0
-    assert takeoffs(*altitudes_m) == (Takeoff(AmslM(600.0), tuple(range(7)), (at,)),)
+    assert takeoffs(*altitudes_m) == (TakeoffSite(AmslM(600.0), tuple(range(7)), (at,)),)
 
 
 def test_a_few_photographs_are_their_own_takeoffs() -> None:

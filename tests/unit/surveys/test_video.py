@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from aos_gcs.errors import InputDataError
-from aos_gcs.surveys.video.subtitles import Attitude, Sample, read_subtitle_file, samples_of
+from aos_gcs.surveys.video.subtitles import Attitude, CueTelemetry, read_subtitle_file, samples_of
 from aos_gcs.surveys.video.track import FlightTrack
 
 M30T = (
@@ -25,8 +25,8 @@ MAVIC_2 = (
 )
 
 
-def sample(time_s: float, east_deg: float = 0.0, yaw_deg: float = 0.0, up_m: float = 30.0) -> Sample:
-    return Sample(time_s, 47.0, 14.0 + east_deg, up_m, 500.0 + up_m, (yaw_deg, -90.0, 0.0), 1.0)
+def sample(time_s: float, east_deg: float = 0.0, yaw_deg: float = 0.0, up_m: float = 30.0) -> CueTelemetry:
+    return CueTelemetry(time_s, 47.0, 14.0 + east_deg, up_m, 500.0 + up_m, (yaw_deg, -90.0, 0.0), 1.0)
 
 
 P4_RTK = (
@@ -46,13 +46,13 @@ def test_a_list_of_values_is_read() -> None:
 
 def test_values_of_enterprise_aircraft() -> None:
     assert samples_of(iter([(1.5, M30T)]), "file") == [
-        Sample(1.5, -37.920295, 176.456417, 62.37, 227.373, (-142.5, -28.7, 0.1), 2.0)
+        CueTelemetry(1.5, -37.920295, 176.456417, 62.37, 227.373, (-142.5, -28.7, 0.1), 2.0)
     ]
 
 
 def test_values_of_older_aircraft() -> None:
     assert samples_of(iter([(0.0, MAVIC_2)]), "file") == [
-        Sample(0.0, -35.080155, -60.286702, None, 74.725998, None, 1.0)
+        CueTelemetry(0.0, -35.080155, -60.286702, None, 74.725998, None, 1.0)
     ]
 
 
