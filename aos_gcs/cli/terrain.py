@@ -11,7 +11,7 @@ import typer
 
 from aos_gcs.cli.planned import planned_places, read_settings
 from aos_gcs.elevation.datum import VerticalDatum
-from aos_gcs.elevation.report import ElevationReport, Place, report_of
+from aos_gcs.elevation.report import ElevationReport, PlaceHeight, report_of
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.geodesy import frame_scale_error
 
@@ -110,21 +110,21 @@ def check(
         raise typer.Exit(1)
 
 
-def _place(text: str) -> Place:
+def _place(text: str) -> PlaceHeight:
     from aos_gcs.cli.survey_options import parse_numbers  # noqa: PLC0415 - keeps the other commands' help fast
 
     numbers = parse_numbers(text)
     if len(numbers) != 2 or not (abs(numbers[0]) <= 90.0 and abs(numbers[1]) <= 180.0):
         raise ConfigurationError(f"--at needs LATITUDE,LONGITUDE in degrees, got {text!r}.")
-    return Place(text, numbers[0], numbers[1])
+    return PlaceHeight(text, numbers[0], numbers[1])
 
 
-def _planned(settings: MissionSettings, name: str) -> tuple[tuple[tuple[float, float], ...], tuple[Place, ...]]:
+def _planned(settings: MissionSettings, name: str) -> tuple[tuple[tuple[float, float], ...], tuple[PlaceHeight, ...]]:
     """Return the search area of a mission, latitudes and longitudes of its corners, and its launch site and corners."""
     site, corners = planned_places(settings, name)
     named = [("launch site", site)]
     named += [(f"corner {number}", corner) for number, corner in enumerate(corners, start=1)]
-    places = tuple(Place(name, place.latitude_deg, place.longitude_deg) for name, place in named)
+    places = tuple(PlaceHeight(name, place.latitude_deg, place.longitude_deg) for name, place in named)
     return tuple((corner.latitude_deg, corner.longitude_deg) for corner in corners), places
 
 

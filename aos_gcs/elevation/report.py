@@ -22,7 +22,7 @@ MAX_AREA_SAMPLES = 400
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class PlaceHeight:
     """A place whose height is asked for."""
 
     name: str
@@ -62,7 +62,7 @@ class ElevationReport:
     cell_m: tuple[float, float]
     holes: Holes | None
     """None: there are too many cells to look through."""
-    places: tuple[Place, ...]
+    places: tuple[PlaceHeight, ...]
     area: AreaHeights | None
 
     @property
@@ -77,7 +77,7 @@ class ElevationReport:
 
 
 def report_of(
-    model: ElevationModel, places: Sequence[Place], area_deg: Sequence[tuple[float, float]] = ()
+    model: ElevationModel, places: Sequence[PlaceHeight], area_deg: Sequence[tuple[float, float]] = ()
 ) -> ElevationReport:
     """Report on a model.
 
@@ -104,7 +104,7 @@ def report_of(
         cell_m=model.cell_m,
         holes=model.holes(MAX_COUNTED_CELLS),
         places=tuple(
-            Place(
+            PlaceHeight(
                 place.name,
                 place.latitude_deg,
                 place.longitude_deg,
@@ -116,7 +116,7 @@ def report_of(
     )
 
 
-def _undulation_m(model: ElevationModel, places: Sequence[Place]) -> float | None:
+def _undulation_m(model: ElevationModel, places: Sequence[PlaceHeight]) -> float | None:
     if model.geoid is None:
         return None
     south, west, north, east = model.bounds_deg()

@@ -24,7 +24,7 @@ from aos_gcs.errors import InputDataError, RecordingError
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.groundmap.directions import ViewDirections
 from aos_gcs.groundmap.floor import ForestFloor
-from aos_gcs.groundmap.projected import ProjectedFrame, project_frame
+from aos_gcs.groundmap.projected import GroundView, project_frame
 from aos_gcs.groundmap.tile import (
     COLOURS_PER_CELL,
     VIEW_CELLS,
@@ -247,7 +247,7 @@ def tile_path(folder: Path, index: TileIndex) -> Path:
     return folder / f"tile_{index[0]}_{index[1]}.npz"
 
 
-def _shares(projected: ProjectedFrame) -> Iterator[tuple[TileIndex, tuple[slice, slice], tuple[slice, slice]]]:
+def _shares(projected: GroundView) -> Iterator[tuple[TileIndex, tuple[slice, slice], tuple[slice, slice]]]:
     """Yield the tiles that a frame may show: index, window of the frame's cells of views, window of the tile's."""
     rows, columns = projected.seen.shape
     for tile_row, frame_rows, tile_rows in _stretches(projected.row, rows):
@@ -265,7 +265,7 @@ def _stretches(first: int, count: int) -> Iterator[tuple[int, slice, slice]]:
 
 
 def _add_values(
-    tile: Tile, bands: tuple[str, ...], projected: ProjectedFrame, here: tuple[slice, slice], there: tuple[slice, slice]
+    tile: Tile, bands: tuple[str, ...], projected: GroundView, here: tuple[slice, slice], there: tuple[slice, slice]
 ) -> None:
     """Add colours and temperatures of a window of a frame's cells to that of a tile."""
     source, target = _finer(here), _finer(there)

@@ -22,7 +22,7 @@ _HALF_SEEN = COLOURS_PER_CELL**2 // 2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ProjectedFrame:
+class GroundView:
     """What a frame shows of the ground; row 0 is the northern edge."""
 
     row: int
@@ -39,7 +39,7 @@ class ProjectedFrame:
     """Cells of views that the frame shows."""
 
 
-def project_frame(frame: Frame, surface: FocalSurface, directions: ViewDirections) -> ProjectedFrame:
+def project_frame(frame: Frame, surface: FocalSurface, directions: ViewDirections) -> GroundView:
     """Return what a frame shows of the ground, as far as it looks down on it.
 
     Args:
@@ -68,7 +68,7 @@ def project_frame(frame: Frame, surface: FocalSurface, directions: ViewDirection
     blocks = covered.reshape(coarse.rows, COLOURS_PER_CELL, coarse.columns, COLOURS_PER_CELL)
     half_seen = blocks.sum(axis=(1, 3)) >= _HALF_SEEN
     squares, counts = directions.squares(frame.pose.position_enu_m, _cells_enu_m(coarse, surface))
-    return ProjectedFrame(
+    return GroundView(
         row=round(-coarse.y_m / VIEW_CELL_M),
         column=round(coarse.x_m / VIEW_CELL_M),
         values=values,

@@ -19,7 +19,7 @@ from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.geometry.heights import SEA_LEVEL
 from aos_gcs.groundmap.figures import DetectionFigures
 from aos_gcs.mission.model.vehicles import VehicleSnapshot
-from aos_gcs.planning.checks.advice import Proposal
+from aos_gcs.planning.checks.advice import ProposedValue
 from aos_gcs.planning.estimate import PlanEstimate
 from aos_gcs.planning.plan import MissionPlan, PlanProblem, StrategyOptions
 from aos_gcs.planning.proposal import altitude_layers
@@ -193,7 +193,7 @@ def plan_to_wire(plan: MissionPlan, origin: GeodeticPosition) -> wire.PlanModel:
 def report(
     plan: MissionPlan,
     problems: Sequence[PlanProblem],
-    proposals: Sequence[Proposal],
+    proposals: Sequence[ProposedValue],
     estimate: PlanEstimate | None,
     *,
     picture: PlanPicture,
@@ -235,7 +235,7 @@ def _leg_profile(profile: LegProfile) -> wire.LegProfileModel:
     )
 
 
-def _proposal(proposal: Proposal) -> wire.PlanProposalModel:
+def _proposal(proposal: ProposedValue) -> wire.PlanProposalModel:
     value = math.degrees(proposal.value) if proposal.field.endswith("_rad") else proposal.value
     return wire.PlanProposalModel(field=_wire_name(proposal.field), value=value, reason=proposal.reason)
 

@@ -37,7 +37,7 @@ class Launched(Layered, Protocol):
         ...
 
 
-class Layers:
+class AltitudeLayers:
     """The heights of all layers, by the surface that they share."""
 
     def __init__(self) -> None:

@@ -14,7 +14,7 @@ from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.geometry.heights import AboveGroundM, AmslM
 from aos_gcs.mission.fleet.datum import LaunchGround, same_place_m, standing_altitude_m
 from aos_gcs.mission.fleet.energy import BatteryMeter
-from aos_gcs.mission.fleet.layers import Layers
+from aos_gcs.mission.fleet.layers import AltitudeLayers
 from aos_gcs.mission.fleet.tasks import check_task, task_when_heard_again
 from aos_gcs.mission.fleet.turn import Turn
 from aos_gcs.mission.model.actions import Refusal
@@ -213,7 +213,7 @@ class Roster:
         self.frame: LocalFrame | None = None
         self.ground: LaunchGround | None = None
         """Ground at the launch points, as surveyed by preflight; None: altitudes are taken as they are reported."""
-        self.layers = Layers()
+        self.layers = AltitudeLayers()
 
     def refresh(self) -> list[Member]:
         """Take in vehicles that the fleet has found since the last call, and return them."""

@@ -31,7 +31,7 @@ _WORTH_FRAMES: Final = 0.95
 
 
 @dataclass(frozen=True, slots=True)
-class Proposal:
+class ProposedValue:
     """Another value for one field."""
 
     field: str
@@ -41,7 +41,7 @@ class Proposal:
     reason: str
 
 
-def propose(plan: MissionPlan, plane_height_m: float, ground: ViewedGround = LEVEL_GROUND) -> tuple[Proposal, ...]:
+def propose(plan: MissionPlan, plane_height_m: float, ground: ViewedGround = LEVEL_GROUND) -> tuple[ProposedValue, ...]:
     """Return better values for a plan without blocking problems; none where it is as proposed.
 
     Args:
@@ -82,7 +82,7 @@ def forest_aperture(plan: MissionPlan, plane_height_m: float) -> AperturePlan | 
     )
 
 
-def _heading(plan: MissionPlan, plane_height_m: float) -> Proposal | None:
+def _heading(plan: MissionPlan, plane_height_m: float) -> ProposedValue | None:
     present = in_passes(planned_legs(plan, plane_height_m), plan.passes)
     # More legs are more turns: never better, and a long area may have very many.
     headings = [rad for rad in _HEADINGS if plan.passes * planned_leg_count(plan, plane_height_m, rad) <= len(present)]
@@ -94,7 +94,9 @@ def _heading(plan: MissionPlan, plane_height_m: float) -> Proposal | None:
     if best_s > _WORTH_TURNING * present_s:
         return None
     better, worse = _figures(plan, len(legs_of[best_rad]), best_s), _figures(plan, len(present), present_s)
-    return Proposal("scan_heading_rad", best_rad, f"Heading {math.degrees(best_rad):.0f}°: {better}, against {worse}.")
+    return ProposedValue(
+        "scan_heading_rad", best_rad, f"Heading {math.degrees(best_rad):.0f}°: {better}, against {worse}."
+    )
 
 
 def _figures(plan: MissionPlan, legs: int, flight_s: float) -> str:
@@ -106,7 +108,7 @@ def _figures(plan: MissionPlan, legs: int, flight_s: float) -> str:
     return f"{legs} {'leg' if legs == 1 else 'legs'}, {time}, {battery:.0f} % of the battery"
 
 
-def _aperture(plan: MissionPlan, plane_height_m: float) -> list[Proposal]:
+def _aperture(plan: MissionPlan, plane_height_m: float) -> list[ProposedValue]:
     """Propose number and spacing for the forest."""
     aperture = forest_aperture(plan, plane_height_m)
     if aperture is None:
@@ -115,13 +117,13 @@ def _aperture(plan: MissionPlan, plane_height_m: float) -> list[Proposal]:
     spacing_reason, number_reason, *_ = aperture.reasons
     present_m = make_strategy(plan.strategy, plan.parameters).spacing_m
     if abs(present_m - aperture.spacing_m) > _SPACING_TOLERANCE * aperture.spacing_m:
-        proposals.append(Proposal("spacing_m", aperture.spacing_m, spacing_reason))
+        proposals.append(ProposedValue("spacing_m", aperture.spacing_m, spacing_reason))
     if plan.vehicles < aperture.drones:
-        proposals.append(Proposal("vehicles", aperture.drones, number_reason))
+        proposals.append(ProposedValue("vehicles", aperture.drones, number_reason))
     return proposals
 
 
-def _search_speed(plan: MissionPlan) -> Proposal | None:
+def _search_speed(plan: MissionPlan) -> ProposedValue | None:
     """Propose a speed at which a camera's exposures lie as close along the leg as the vehicles do across it."""
     if plan.search_mode is not SearchMode.CONTINUOUS:
         return None
@@ -132,10 +134,10 @@ def _search_speed(plan: MissionPlan) -> Proposal | None:
         f"Search speed: at {plan.leg_speed_mps:g} m/s and {plan.rate_hz:g} frames per second a camera's frames are "
         f"{apart_m:.1f} m apart, more than the vehicles, {spacing_m:g} m: the ground is seen through fewer gaps."
     )
-    return Proposal("search_speed_mps", spacing_m * plan.rate_hz, reason)
+    return ProposedValue("search_speed_mps", spacing_m * plan.rate_hz, reason)
 
 
-def _pattern(plan: MissionPlan, pattern: SearchPattern) -> list[Proposal | None]:
+def _pattern(plan: MissionPlan, pattern: SearchPattern) -> list[ProposedValue | None]:
     """Propose the spacings and the speed of the fastest search that reaches the wanted probability of detection."""
     reason = (
         f"For a probability of detection of {plan.pod:.0%}: {{}}. {_figures(plan, pattern.legs, pattern.flight_s)}, "
@@ -147,13 +149,13 @@ def _pattern(plan: MissionPlan, pattern: SearchPattern) -> list[Proposal | None]
         "search_speed_mps": (pattern.search_speed_mps, "{:.1f} m/s along the legs"),
     }
     return [
-        Proposal(field, value, reason.format(text.format(value)))
+        ProposedValue(field, value, reason.format(text.format(value)))
         for field, (value, text) in values.items()
         if abs((getattr(plan, field) or 0.0) - value) > _PATTERN_TOLERANCE
     ]
 
 
-def _rate(plan: MissionPlan, plane_height_m: float, pattern: SearchPattern) -> Proposal | None:
+def _rate(plan: MissionPlan, plane_height_m: float, pattern: SearchPattern) -> ProposedValue | None:
     """Propose more frames per second: exposures in the same places, and as many views, at a greater speed."""
     if plan.rate_hz >= _QUICK_RATE_HZ:
         return None
@@ -168,11 +170,11 @@ def _rate(plan: MissionPlan, plane_height_m: float, pattern: SearchPattern) -> P
         f"Frame rate: at {_QUICK_RATE_HZ:g} frames per second the same places are seen at {speed_mps:.1f} m/s: "
         f"{better}, against {worse}. Slower cameras slow the search down."
     )
-    return Proposal("rate_hz", _QUICK_RATE_HZ, reason)
+    return ProposedValue("rate_hz", _QUICK_RATE_HZ, reason)
 
 
-def _layers(plan: MissionPlan) -> Proposal | None:
+def _layers(plan: MissionPlan) -> ProposedValue | None:
     if plan.layer_spacing_m >= MIN_LAYERS_WITHOUT_RTK_M:
         return None
     reason = "Layers: heights of vehicles without RTK differ by more than a metre."
-    return Proposal("layer_spacing_m", MIN_LAYERS_WITHOUT_RTK_M, reason)
+    return ProposedValue("layer_spacing_m", MIN_LAYERS_WITHOUT_RTK_M, reason)

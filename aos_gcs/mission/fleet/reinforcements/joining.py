@@ -25,7 +25,7 @@ Order = Callable[[], bool]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Relief:
+class Replacement:
     """Purpose of a vehicle that joins for the relay."""
 
     relieved: Member | None
@@ -66,22 +66,22 @@ class Joining:
         calls_off = self._calls_off
         return lambda: self._calls_off == calls_off and is_allowed()
 
-    async def join(self, member: Member, order: Order, relief: Relief | None = None) -> Refusal | None:
+    async def join(self, member: Member, order: Order, replacement: Replacement | None = None) -> Refusal | None:
         """Have a vehicle take off and fly to the swarm; that goes on in the background.
 
         It does not start when ``order``, which was given before any vehicle was waited for, holds no longer.
         """
         async with self._one_at_a_time:
             # Two that are checked at the same time would be given the same layer.
-            return await self._join(member, order, relief)
+            return await self._join(member, order, replacement)
 
-    async def _join(self, member: Member, order: Order, relief: Relief | None) -> Refusal | None:
+    async def _join(self, member: Member, order: Order, replacement: Replacement | None) -> Refusal | None:
         if not order():
             return Refusal("was called off before it started")
         if member.task not in {Task.IDLE, Task.LANDED} or member.airborne:
             return Refusal(f"is part of the mission already ({TASK_NAMES[member.task]})")
         roster, former_enu_m, former_ground = self._context.roster, member.home_enu_m, self._context.roster.ground
-        refusal = self._find_place(member) or await self._clear(member, order, relief)
+        refusal = self._find_place(member) or await self._clear(member, order, replacement)
         if refusal is not None:
             # It is still where it landed, away from the launch point that it had.
             member.home_enu_m, roster.ground = former_enu_m, former_ground
@@ -89,14 +89,14 @@ class Joining:
         roster.assign(member, Task.JOINING)
         text = f"joins the swarm: it climbs to its layer at {member.layer_height_m:.0f} m and flies there"
         self._context.journal.notice(Severity.INFO, text, member.vehicle_id)
-        self._vehicle_tasks.start(member.vehicle_id, self._bring(member, order, relief))
+        self._vehicle_tasks.start(member.vehicle_id, self._bring(member, order, replacement))
         return None
 
-    async def _clear(self, member: Member, order: Order, relief: Relief | None) -> Refusal | None:
+    async def _clear(self, member: Member, order: Order, replacement: Replacement | None) -> Refusal | None:
         """Return why a vehicle with a launch point and a layer must not start; None if it may."""
         await self._inspector.settle(member)
         blocking = [check for check in await self._check(member) if check.blocks]
-        if not order() or not (relief is None or relief.may_start()):
+        if not order() or not (replacement is None or replacement.may_start()):
             return Refusal("was called off before it started")
         if blocking:
             return Refusal(blocking[0].describe())
@@ -150,7 +150,7 @@ class Joining:
             return Refusal(f"vehicle {other_id} is or may come above its launch point: try again when it has passed")
         return self._context.flight.vet_climbs([member]).get(member.vehicle_id)
 
-    async def _bring(self, member: Member, order: Order, relief: Relief | None) -> None:
+    async def _bring(self, member: Member, order: Order, replacement: Replacement | None) -> None:
         """Start, climb, fly to the swarm and become part of it; a vehicle that does not get there holds where it is."""
         context, assumed_offset_m = self._context, member.altitude_offset_m
         if not order():
@@ -177,14 +177,14 @@ class Joining:
         def those_ahead() -> list[Member]:
             """Return the vehicle that is to be relieved while it is part of the swarm, or else all of that."""
             swarm = context.roster.members(Task.SWARM)
-            return [other for other in swarm if relief is not None and other is relief.relieved] or swarm
+            return [other for other in swarm if replacement is not None and other is replacement.relieved] or swarm
 
         has_come = await self._approach.fly(member, those_ahead)
         if member.task is not Task.JOINING:
             return
         context.roster.assign(member, Task.SWARM if has_come else Task.HELD)
-        if has_come and relief is not None:
-            await relief.on_joined()
+        if has_come and replacement is not None:
+            await replacement.on_joined()
         severity, text = (
             (Severity.INFO, "has joined the swarm")
             if has_come

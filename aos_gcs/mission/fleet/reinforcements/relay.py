@@ -13,7 +13,7 @@ import numpy as np
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.fleet.energy import CLIMB_MPS, time_home_s
 from aos_gcs.mission.fleet.landing.return_and_land import ReturnAndLand
-from aos_gcs.mission.fleet.reinforcements.joining import Joining, Relief
+from aos_gcs.mission.fleet.reinforcements.joining import Joining, Replacement
 from aos_gcs.mission.fleet.reinforcements.relief_plan import relief_times_s
 from aos_gcs.mission.fleet.reinforcements.replacements import Replacements
 from aos_gcs.mission.fleet.roster import Member
@@ -184,18 +184,18 @@ class Relay:
         out_s = max((self._way_out_s(member.vehicle_id) for member in members), default=0.0)
         return home_s + self._context.settings.relay.swap_s + out_s
 
-    # --- a relief -----------------------------------------------------------------------------------------------------
+    # --- a replacement ------------------------------------------------------------------------------------------------
 
     async def _begin(self, member: Member, relieved: Member | None, may_relieve: Callable[[], bool]) -> None:
         """Have a confirmed vehicle take off, to relieve another one or to fill a gap."""
         if relieved is not None:
             self._relieved[member.vehicle_id] = relieved
-        relief = Relief(
+        replacement = Replacement(
             relieved=relieved,
             may_start=lambda: may_relieve() and self._replacements.is_ready(member),
             on_joined=lambda: self._hand_over(member),
         )
-        refusal = await self._joining.join(member, self._joining.order(may_relieve), relief)
+        refusal = await self._joining.join(member, self._joining.order(may_relieve), replacement)
         if refusal is None:
             member.is_ready = False
             self._refused.pop(member.vehicle_id, None)
