@@ -9,7 +9,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Final
 
-from aos_gcs.api.access.connection_limits import Admission, ConnectionLimits
+from aos_gcs.api.access.connection_limits import AcceptedConnection, ConnectionLimits
 from aos_gcs.api.plain_http import TLS_HANDSHAKE, plain_answer
 
 BACKLOG: Final = 4096
@@ -37,7 +37,7 @@ class Acceptor:
         self,
         listener: socket.socket,
         limits: ConnectionLimits,
-        make_protocol: Callable[[Admission], asyncio.Protocol],
+        make_protocol: Callable[[AcceptedConnection], asyncio.Protocol],
         tls: ssl.SSLContext | None = None,
     ) -> None:
         self._listener = listener
@@ -88,7 +88,7 @@ class Acceptor:
             self._making.add(task)
             task.add_done_callback(self._making.discard)
 
-    async def _make(self, connection: socket.socket, admission: Admission) -> None:
+    async def _make(self, connection: socket.socket, admission: AcceptedConnection) -> None:
         try:
             if self._tls is not None and not await self._is_encrypted(connection):
                 await self._send_on(connection)
@@ -104,7 +104,7 @@ class Acceptor:
             self._give_up(connection, admission)
             raise
 
-    def _give_up(self, connection: socket.socket, admission: Admission) -> None:
+    def _give_up(self, connection: socket.socket, admission: AcceptedConnection) -> None:
         self._limits.leave(admission)
         connection.close()
 

@@ -8,7 +8,7 @@ from typing import Any, Final
 from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
-from aos_gcs.api.access.connection_limits import Admission, ConnectionLimits
+from aos_gcs.api.access.connection_limits import AcceptedConnection, ConnectionLimits
 from aos_gcs.api.access.peer_limits import ADMISSION
 from aos_gcs.token_bucket import TokenBucket
 
@@ -27,7 +27,7 @@ class LimitedProtocol(H11Protocol):
         limits: limits to which it counts until it is lost, or becomes an event stream.
     """
 
-    def __init__(self, admission: Admission, limits: ConnectionLimits, **uvicorn: Any) -> None:
+    def __init__(self, admission: AcceptedConnection, limits: ConnectionLimits, **uvicorn: Any) -> None:
         super().__init__(**uvicorn)
         self.app_state = {**self.app_state, ADMISSION: admission}
         self._admission = admission

@@ -12,7 +12,7 @@ import uvicorn
 from fastapi import FastAPI
 
 from aos_gcs.api.acceptor import Acceptor
-from aos_gcs.api.access.connection_limits import Admission, ConnectionLimits
+from aos_gcs.api.access.connection_limits import AcceptedConnection, ConnectionLimits
 from aos_gcs.api.limited_protocol import LimitedProtocol, LimitedStream
 from aos_gcs.api.listener import ServerAddress, listen
 
@@ -37,7 +37,7 @@ class _Server(uvicorn.Server):
             self.servers.append(Acceptor(listener, self._limits, self._make_protocol, self._tls))  # type: ignore[arg-type]
         self._listening.set()
 
-    def _make_protocol(self, admission: Admission) -> asyncio.Protocol:
+    def _make_protocol(self, admission: AcceptedConnection) -> asyncio.Protocol:
         state, app_state = self.server_state, self.lifespan.state
         return LimitedProtocol(admission, self._limits, config=self.config, server_state=state, app_state=app_state)
 

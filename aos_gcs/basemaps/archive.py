@@ -17,7 +17,7 @@ from aos_gcs.errors import ConfigurationError
 from aos_gcs.extras import load_extra
 
 
-class TileKind(StrEnum):
+class TileFormat(StrEnum):
     """What tiles hold, by the names of the PMTiles library."""
 
     VECTOR = "MVT"
@@ -40,7 +40,7 @@ class TileArchive:
         self.tiles += 1
 
     def finish(
-        self, kind: TileKind, box: WorldBox, metadata: Mapping[str, object], *, is_gzipped: bool = False
+        self, kind: TileFormat, box: WorldBox, metadata: Mapping[str, object], *, is_gzipped: bool = False
     ) -> None:
         """Write directories and header; the archive has a tile at least.
 

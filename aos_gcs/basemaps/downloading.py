@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from aos_gcs.basemaps.archive import TileKind, tile_archive
+from aos_gcs.basemaps.archive import TileFormat, tile_archive
 from aos_gcs.basemaps.making import BasemapReport, Progress, described, require_ending
 from aos_gcs.basemaps.mercator import MAX_LATITUDE_DEG, MAX_ZOOM, WorldBox, from_degrees
 from aos_gcs.basemaps.pyramid import Advance
@@ -136,7 +136,7 @@ async def _fetch(store: TileStore, template: TileTemplate, area: TileArea, pace:
 
 
 def _keep(store: TileStore, template: TileTemplate, place: Place, content: bytes) -> None:
-    kind: TileKind | None = None
+    kind: TileFormat | None = None
     if content:
         try:
             kind = kind_of(content)
@@ -159,5 +159,5 @@ def _write(out: Path, store: TileStore, template: TileTemplate, area: TileArea, 
         for place, _, content in store.tiles():
             if place in wanted:
                 archive.add(*place, as_webp(content) if is_mixed else content)
-        archive.finish(TileKind.WEBP if is_mixed else kinds.pop(), area.box, described(out, [attribution]))
+        archive.finish(TileFormat.WEBP if is_mixed else kinds.pop(), area.box, described(out, [attribution]))
     return archive.tiles

@@ -14,17 +14,17 @@ from typing import Any
 
 import numpy as np
 
-from aos_gcs.basemaps.archive import TileArchive, TileKind
+from aos_gcs.basemaps.archive import TileArchive, TileFormat
 from aos_gcs.basemaps.mercator import WorldBox, from_degrees
 from aos_gcs.basemaps.pyramid import Advance
 from aos_gcs.errors import InputDataError
 
 _KINDS = {
-    "png": TileKind.PNG,
-    "jpg": TileKind.JPEG,
-    "jpeg": TileKind.JPEG,
-    "webp": TileKind.WEBP,
-    "pbf": TileKind.VECTOR,
+    "png": TileFormat.PNG,
+    "jpg": TileFormat.JPEG,
+    "jpeg": TileFormat.JPEG,
+    "webp": TileFormat.WEBP,
+    "pbf": TileFormat.VECTOR,
 }
 _GZIP = b"\x1f\x8b"
 _MAX_TILE_BYTES = 8 * 1024 * 1024

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from aos_gcs.basemaps.archive import TileArchive, TileKind
+from aos_gcs.basemaps.archive import TileArchive, TileFormat
 from aos_gcs.basemaps.mercator import TILE_PX, WorldBox, zoom_of
 from aos_gcs.errors import InputDataError
 
@@ -19,7 +19,7 @@ Advance = Callable[[int], None]
 
 MAX_TILES: Final = 500_000
 """Greatest number of tiles of the finest zoom."""
-KIND: Final = TileKind.WEBP
+KIND: Final = TileFormat.WEBP
 
 _QUALITY = 85
 _COARSER = 3

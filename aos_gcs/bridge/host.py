@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from aos_gcs.bridge.calls import MissionCalls
 from aos_gcs.bridge.messages import MAX_REQUEST_BYTES, REQUESTS, pack, read_message, unpack
-from aos_gcs.bridge.outbox import Outbox
+from aos_gcs.bridge.outbox import BridgeOutbox
 from aos_gcs.mission.control import MissionCommands, MissionView
 from aos_gcs.mission.model.events import Event, EventKind, NoticeRecord, PicturesRecord
 from aos_gcs.mission.model.proposals import Proposal
@@ -63,7 +63,7 @@ class MissionHost:
         self._seq = 0
         self._published_at_s = now_s()
         """Time at which the mission last published its state."""
-        self._outbox: Outbox | None = None
+        self._outbox: BridgeOutbox | None = None
         self._sent_settings: MissionSettings | None = None
 
     async def run(self) -> None:
@@ -88,7 +88,7 @@ class MissionHost:
         Raises:
             MalformedMessageError: it has sent what is no message.
         """
-        self._outbox = outbox = Outbox(self._greeting)
+        self._outbox = outbox = BridgeOutbox(self._greeting)
         calls = MissionCalls(self._commands, partial(self._answer, outbox))
         writer.transport.set_write_buffer_limits(high=_WRITE_AHEAD_BYTES)
         sending = asyncio.create_task(self._send(outbox, writer))
@@ -108,7 +108,7 @@ class MissionHost:
             sending.cancel()
             self._outbox = None
 
-    async def _send(self, outbox: Outbox, writer: asyncio.StreamWriter) -> None:
+    async def _send(self, outbox: BridgeOutbox, writer: asyncio.StreamWriter) -> None:
         try:
             while True:
                 message = await outbox.take()
@@ -171,6 +171,6 @@ class MissionHost:
         self._sent_settings = self._commands.settings
         return pack("settings", self._sent_settings)
 
-    def _answer(self, outbox: Outbox, name: str, *values: Any) -> None:
+    def _answer(self, outbox: BridgeOutbox, name: str, *values: Any) -> None:
         """Send the answer to a command behind the state that it has led to."""
         outbox.put_answer(lambda: pack("state", self._published_at_s, self._view.snapshot()) + pack(name, *values))

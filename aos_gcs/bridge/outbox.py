@@ -21,7 +21,7 @@ class _Entry:
 
 
 @dataclass(slots=True, eq=False)
-class Outbox:
+class BridgeOutbox:
     """Messages for one connection. Answers come first; of the state only the latest is kept.
 
     Args:

@@ -11,7 +11,7 @@ from datetime import UTC, datetime
 from typing import Final
 
 from aos_gcs.geometry.geodesy import EnuPoint
-from aos_gcs.handover.model import Flight
+from aos_gcs.handover.model import LoggedFlight
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.vehicles import VehicleSnapshot
 from aos_gcs.ports import LandedState
@@ -57,10 +57,10 @@ class _OpenFlight:
         if not self.way_enu_m or math.dist(self.way_enu_m[-1], here) >= _SHORTEST_M:
             self.way_enu_m.append(here)
 
-    def closed(self, vehicle_id: int, landing_utc_s: float | None) -> Flight:
+    def closed(self, vehicle_id: int, landing_utc_s: float | None) -> LoggedFlight:
         """Return the flight."""
         end_utc_s = self.last_utc_s if landing_utc_s is None else landing_utc_s
-        return Flight(
+        return LoggedFlight(
             vehicle_id=vehicle_id,
             takeoff_utc_s=self.takeoff_utc_s,
             landing_utc_s=landing_utc_s,
@@ -77,7 +77,7 @@ class FlightLog:
 
     def __init__(self) -> None:
         self._open: dict[int, _OpenFlight] = {}
-        self._flights: list[tuple[Flight, tuple[EnuPoint, ...]]] = []
+        self._flights: list[tuple[LoggedFlight, tuple[EnuPoint, ...]]] = []
 
     def add(self, utc_s: float, snapshot: MissionSnapshot) -> None:
         """Take in a state of the mission."""
@@ -93,7 +93,7 @@ class FlightLog:
                 flight.go_on(utc_s, vehicle)
                 self._close(vehicle_id, self._open.pop(vehicle_id), utc_s)
 
-    def finish(self) -> tuple[tuple[Flight, tuple[EnuPoint, ...]], ...]:
+    def finish(self) -> tuple[tuple[LoggedFlight, tuple[EnuPoint, ...]], ...]:
         """Return all flights with their ways, by vehicle and time; those that no landing ends are open."""
         for vehicle_id, flight in self._open.items():
             self._close(vehicle_id, flight, None)
@@ -113,7 +113,7 @@ def is_airborne(vehicle: VehicleSnapshot) -> bool:
     return telemetry.armed and height_m is not None and height_m > _OFF_GROUND_M
 
 
-def to_csv(flights: Sequence[Flight], operation: str, sortie: int) -> str:
+def to_csv(flights: Sequence[LoggedFlight], operation: str, sortie: int) -> str:
     """Return the flight log, one line per flight; times are UTC as of ISO 8601, unknown values are empty."""
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")

@@ -8,7 +8,7 @@ from reportlab.lib.units import mm
 from reportlab.platypus import Flowable, Spacer
 
 from aos_gcs.groundmap.figures import GroundFigures, SegmentFigures
-from aos_gcs.handover.model import Flight, Handover
+from aos_gcs.handover.model import Handover, LoggedFlight
 from aos_gcs.handover.styles import box, boxes, listing, paragraph, styles
 from aos_gcs.handover.texts import STATUSES, UNKNOWN, Writer, duration, kind_text, percent, searched_lines
 from aos_gcs.mission.model.findings import FindingStatus
@@ -180,7 +180,7 @@ def _instructions(handover: Handover, writer: Writer) -> list[str]:
     return lines or [" "]
 
 
-def _flight(flight: Flight, writer: Writer) -> tuple[str, ...]:
+def _flight(flight: LoggedFlight, writer: Writer) -> tuple[str, ...]:
     landing = "not recorded" if flight.landing_utc_s is None else writer.time(flight.landing_utc_s)
     return (
         str(flight.vehicle_id),

@@ -55,7 +55,7 @@ class HandoverControl(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Flight:
+class LoggedFlight:
     """One flight of one vehicle, from take-off to landing."""
 
     vehicle_id: int
@@ -150,7 +150,7 @@ class Handover:
     """Findings that count, the confirmed ones first, the rejected ones last."""
     merged: tuple[Finding, ...]
     """Findings that have turned out to be an earlier one."""
-    flights: tuple[Flight, ...]
+    flights: tuple[LoggedFlight, ...]
     tracks_enu_m: Mapping[int, tuple[tuple[EnuPoint, ...], ...]]
     """Ways flown by each vehicle, one per flight."""
     frames: Mapping[int, int]

@@ -7,7 +7,7 @@ from urllib.parse import unquote
 
 from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.mission.model.snapshot import MissionSnapshot
-from aos_gcs.sharing.caltopo.objects import Tracks, objects
+from aos_gcs.sharing.caltopo.objects import VehicleTracks, objects
 from aos_gcs.sharing.caltopo.requests import Credential, device_name, position_report, signed
 from aos_gcs.sharing.heights import undulations
 from aos_gcs.sharing.http import Request
@@ -43,7 +43,7 @@ def _tak(settings: TakSettings, snapshot: MissionSnapshot, utc_s: float) -> Iter
 
 
 def _caltopo(settings: CaltopoSettings, snapshot: MissionSnapshot, utc_s: float) -> Iterator[str]:
-    url, tracks = settings.url.rstrip("/"), Tracks()
+    url, tracks = settings.url.rstrip("/"), VehicleTracks()
     if snapshot.origin is None:
         return
     if settings.positions:

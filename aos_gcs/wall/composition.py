@@ -36,7 +36,7 @@ class Shot:
 
 
 @dataclass(slots=True)
-class Track:
+class PictureSequence:
     """All pictures of one tile in the order of their times."""
 
     tile: TileName
@@ -88,7 +88,7 @@ def wall_size(tiles: int) -> tuple[int, int]:
     return columns * WIDTH_PX, ceil(tiles / columns) * (_IMAGE_PX + _CAPTION_PX)
 
 
-def compose(tracks: Sequence[Track], utc_s: float, notation: Notation, stale_s: float) -> NDArray[np.uint8]:
+def compose(tracks: Sequence[PictureSequence], utc_s: float, notation: Notation, stale_s: float) -> NDArray[np.uint8]:
     """Return the wall at a time, shape (rows, columns, 3), blue, green and red; times must not go back."""
     width_px, height_px = wall_size(len(tracks))
     whole = np.zeros((height_px, width_px, 3), dtype=np.uint8)

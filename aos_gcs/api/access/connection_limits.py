@@ -33,7 +33,7 @@ def _nothing() -> None:
 
 
 @dataclass(slots=True, eq=False)
-class Admission:
+class AcceptedConnection:
     """A connection that was accepted."""
 
     peer: str
@@ -58,7 +58,7 @@ class ConnectionLimits:
         self._in_all = 0
         self._new = TokenBucket(NEW_PER_S, NEW_AT_ONCE)
         self._known: OrderedDict[str, None] = OrderedDict()
-        self._on_probation: OrderedDict[Admission, None] = OrderedDict()
+        self._on_probation: OrderedDict[AcceptedConnection, None] = OrderedDict()
 
     def know(self, address: str) -> None:
         """Note that an operator is at this address."""
@@ -72,15 +72,15 @@ class ConnectionLimits:
         """Return whether an operator has sent requests from this address."""
         return group_of(address) in self._known
 
-    def admit(self, address: str) -> Admission | None:
+    def admit(self, address: str) -> AcceptedConnection | None:
         """Return the admission of a new connection, to be ended by ``leave``; None where it is refused."""
         peer = group_of(address)
         if address in self._exempt:
-            return Admission(peer, is_on_probation=False, is_counted=False)
+            return AcceptedConnection(peer, is_on_probation=False, is_counted=False)
         is_known, is_full = peer in self._known, self._counts[peer] >= CONNECTIONS_PER_PEER
         if not is_known and (is_full or self._in_all >= CONNECTIONS_IN_ALL or not self._new.take(1.0, self._now_s())):
             return None
-        admission = Admission(peer, is_on_probation=is_full)
+        admission = AcceptedConnection(peer, is_on_probation=is_full)
         if is_full:
             self._try_out(admission)
         else:
@@ -88,12 +88,12 @@ class ConnectionLimits:
             self._in_all += 1
         return admission
 
-    def trust(self, admission: Admission) -> None:
+    def trust(self, admission: AcceptedConnection) -> None:
         """Note that an operator uses a connection: from now on it does not count."""
         self.leave(admission)
         admission.is_on_probation = False
 
-    def leave(self, admission: Admission) -> None:
+    def leave(self, admission: AcceptedConnection) -> None:
         """Count a connection no longer, once."""
         if not admission.is_counted:
             return
@@ -106,7 +106,7 @@ class ConnectionLimits:
         if not self._counts[admission.peer]:
             del self._counts[admission.peer]
 
-    def _try_out(self, admission: Admission) -> None:
+    def _try_out(self, admission: AcceptedConnection) -> None:
         if len(self._on_probation) >= ON_PROBATION:
             oldest, _ = self._on_probation.popitem(last=False)
             oldest.close()

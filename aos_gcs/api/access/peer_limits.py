@@ -17,7 +17,7 @@ from typing import Final
 from starlette.requests import HTTPConnection
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from aos_gcs.api.access.connection_limits import PEERS_KEPT, Admission, ConnectionLimits
+from aos_gcs.api.access.connection_limits import PEERS_KEPT, AcceptedConnection, ConnectionLimits
 from aos_gcs.api.access.guess_throttle import group_of
 from aos_gcs.api.access.operators import Access
 from aos_gcs.api.access.roles import Role
@@ -37,7 +37,7 @@ ADMISSION: Final = "admission"
 _TRY_LATER: Final = 1013
 
 
-class Stream(Enum):
+class WebSocketKind(Enum):
     """WebSockets of the service, each with limits of its own: a page that watches the wall has one of both."""
 
     EVENTS = auto()
@@ -56,7 +56,7 @@ class PeerLimits:
     def __init__(self, now_s: Callable[[], float], known: Iterable[str] = (), exempt: Container[str] = ()) -> None:
         self._now_s = now_s
         self._budgets: OrderedDict[str, TokenBucket] = OrderedDict()
-        self._followers = {stream: Counter[str]() for stream in Stream}
+        self._followers = {stream: Counter[str]() for stream in WebSocketKind}
         self.connections = ConnectionLimits(now_s, exempt)
         for address in known:
             self.connections.know(address)
@@ -70,7 +70,7 @@ class PeerLimits:
             self._budgets.popitem(last=False)
         return budget.take(1.0, now_s)
 
-    def begin_following(self, address: str, stream: Stream = Stream.EVENTS) -> bool:
+    def begin_following(self, address: str, stream: WebSocketKind = WebSocketKind.EVENTS) -> bool:
         """Return whether an address may follow a stream once more, and count it until ``end_following``."""
         peer, followers = group_of(address), self._followers[stream]
         if followers[peer] >= FOLLOWERS_PER_PEER:
@@ -80,7 +80,7 @@ class PeerLimits:
         followers[peer] += 1
         return True
 
-    def end_following(self, address: str, stream: Stream = Stream.EVENTS) -> None:
+    def end_following(self, address: str, stream: WebSocketKind = WebSocketKind.EVENTS) -> None:
         """Count one stream less."""
         peer, followers = group_of(address), self._followers[stream]
         followers[peer] -= 1
@@ -104,7 +104,7 @@ class PeerLimitMiddleware:
             await self._app(scope, receive, send)
             return
         address = scope["client"][0] if scope.get("client") else ""
-        admission: Admission | None = scope.get("state", {}).get(ADMISSION)
+        admission: AcceptedConnection | None = scope.get("state", {}).get(ADMISSION)
         if self._access.is_required and self._is_operator(scope):
             self._know(address)
             if admission is not None:
@@ -127,7 +127,7 @@ class PeerLimitMiddleware:
     async def _pass_on(self, address: str, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass on what is no operator's, within the limits."""
         if scope["type"] == "websocket":
-            stream = Stream.WALL if scope["path"] == WALL_PATH else Stream.EVENTS
+            stream = WebSocketKind.WALL if scope["path"] == WALL_PATH else WebSocketKind.EVENTS
             if not self._limits.begin_following(address, stream):
                 await _refuse("too_many_streams", "", scope, receive, send)
                 return

@@ -5,17 +5,17 @@ from __future__ import annotations
 import io
 from typing import Any, Final
 
-from aos_gcs.basemaps.archive import TileKind
+from aos_gcs.basemaps.archive import TileFormat
 from aos_gcs.errors import InputDataError
 from aos_gcs.extras import load_extra
 
 _SIDES_PX: Final = (256, 512)
-_FORMATS: Final = tuple(kind.value for kind in (TileKind.PNG, TileKind.JPEG, TileKind.WEBP))
+_FORMATS: Final = tuple(kind.value for kind in (TileFormat.PNG, TileFormat.JPEG, TileFormat.WEBP))
 _QUALITY: Final = 85
 _PURPOSE: Final = "Copying tiles"
 
 
-def kind_of(content: bytes) -> TileKind:
+def kind_of(content: bytes) -> TileFormat:
     """Return the kind of a tile, by its content alone. It is decoded once, when its size is known to be that of a tile.
 
     Raises:
@@ -31,13 +31,13 @@ def kind_of(content: bytes) -> TileKind:
         picture.load()
     except (OSError, SyntaxError, ValueError) as error:
         raise InputDataError("is a damaged picture") from error
-    return TileKind(picture.format)
+    return TileFormat(picture.format)
 
 
 def as_webp(content: bytes) -> bytes:
     """Return a tile that :func:`kind_of` has accepted as WebP; one that is WebP stays as it is."""
     picture = _opened(content)
-    if picture.format == TileKind.WEBP:
+    if picture.format == TileFormat.WEBP:
         return content
     output = io.BytesIO()
     picture.convert("RGBA").save(output, "WEBP", quality=_QUALITY)

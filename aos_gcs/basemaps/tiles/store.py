@@ -8,7 +8,7 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any, Final
 
-from aos_gcs.basemaps.archive import TileKind
+from aos_gcs.basemaps.archive import TileFormat
 from aos_gcs.errors import InputDataError
 
 Place = tuple[int, int, int]
@@ -61,15 +61,15 @@ class TileStore:
         """Return the tiles that the server was asked for, also those that it does not have."""
         return set(self._run("SELECT zoom, x, y FROM tiles"))
 
-    def add(self, place: Place, kind: TileKind | None, content: bytes) -> None:
+    def add(self, place: Place, kind: TileFormat | None, content: bytes) -> None:
         """Keep a tile; ``kind`` is None for one that the server does not have."""
         values = (*place, None if kind is None else kind.value, content)
         list(self._run("INSERT INTO tiles VALUES (?, ?, ?, ?, ?)", values))
 
-    def tiles(self) -> Iterator[tuple[Place, TileKind, bytes]]:
+    def tiles(self) -> Iterator[tuple[Place, TileFormat, bytes]]:
         """Yield the tiles that the server has."""
         for zoom, column, row, kind, content in self._run("SELECT * FROM tiles WHERE kind IS NOT NULL"):
-            yield (zoom, column, row), TileKind(kind), content
+            yield (zoom, column, row), TileFormat(kind), content
 
     def _run(self, statement: str, values: tuple[object, ...] = ()) -> Iterator[tuple[Any, ...]]:
         try:

@@ -20,7 +20,7 @@ from aos_gcs.geometry.notations import Notation
 from aos_gcs.mission.model.events import EventKind, PicturesRecord
 from aos_gcs.mission.model.steps import Picture, PictureKind
 from aos_gcs.store.reader import MissionReader
-from aos_gcs.wall.composition import WIDTH_PX, Shot, Track, compose, wall_size
+from aos_gcs.wall.composition import WIDTH_PX, PictureSequence, Shot, compose, wall_size
 from aos_gcs.wall.model import MAX_TILES, FrameFacts, TileKind, TileName, TilePicture, WallSettings
 from aos_gcs.wall.places import raster_place, viewed_place
 from aos_gcs.wall.rendering import frame_facts, render_frame, render_raster
@@ -71,7 +71,7 @@ def write_wall_video(
     av = load_extra("av", "video", "A video of the wall")
     with MissionReader(folder) as reader:
         shots = _shots(reader)
-    tracks = [Track(tile, shots[tile]) for tile in _chosen(shots, tiles, folder)]
+    tracks = [PictureSequence(tile, shots[tile]) for tile in _chosen(shots, tiles, folder)]
     begin_s = min(track.shots[0].utc_s for track in tracks)
     end_s = max(track.shots[-1].utc_s for track in tracks)
     if end_s - begin_s > LONGEST_S:

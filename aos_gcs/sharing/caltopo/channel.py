@@ -11,7 +11,7 @@ from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.mission.model.events import NoticeRecord
 from aos_gcs.mission.model.sharing import ChannelStatus
 from aos_gcs.sharing.caltopo.board import Change, MapBoard
-from aos_gcs.sharing.caltopo.objects import Tracks, objects
+from aos_gcs.sharing.caltopo.objects import VehicleTracks, objects
 from aos_gcs.sharing.caltopo.requests import Credential, device_name, position_report, signed
 from aos_gcs.sharing.channel import PAUSES_S, ChannelError, SendsOnly, StatusBoard
 from aos_gcs.sharing.http import Answer, Request, Requests
@@ -150,7 +150,7 @@ class MapChannel(SendsOnly):
         self._now_s = now_s
         self._utc_s = utc_s
         self._state: SeenState | None = None
-        self._tracks = Tracks()
+        self._tracks = VehicleTracks()
         self._board = MapBoard()
         self._statuses = StatusBoard("CalTopo map", without_secrets(settings.url), utc_s)
 

@@ -41,7 +41,7 @@ def uid_of(feature: Mapping[str, Any]) -> str | None:
     return None if found is None else found.group(1)
 
 
-class Tracks:
+class VehicleTracks:
     """Tracks of the vehicles, a point every few metres; bounded, since long ones are thinned out."""
 
     def __init__(self) -> None:
@@ -64,7 +64,7 @@ class Tracks:
         return ((vehicle_id, points) for vehicle_id, points in self._points.items() if len(points) > 1)
 
 
-def objects(snapshot: MissionSnapshot, tracks: Tracks, name: str) -> dict[str, MapObject]:
+def objects(snapshot: MissionSnapshot, tracks: VehicleTracks, name: str) -> dict[str, MapObject]:
     """Return what is to be on the map, by our names; nothing before the mission's origin is known.
 
     Args:
@@ -108,7 +108,7 @@ class _Drawing:
             title = f"{self.name} leg {number}, flown"
             yield _object(f"{prefix}.leg.{number}", "Shape", (title, ""), geometry, _stroke(_GREEN))
 
-    def tracks(self, tracks: Tracks) -> Iterator[MapObject]:
+    def tracks(self, tracks: VehicleTracks) -> Iterator[MapObject]:
         for vehicle_id, points in tracks.lines():
             geometry = {"type": "LineString", "coordinates": self._line(points)}
             uid = f"{self.name}.{self.snapshot.mission_id}.track.{vehicle_id}"

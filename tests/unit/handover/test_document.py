@@ -24,7 +24,7 @@ from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.geometry.notations import Notation, dms, mgrs_text, utm_text, written
 from aos_gcs.handover.contents import read_handover
 from aos_gcs.handover.flights import COLUMNS, FlightLog, to_csv
-from aos_gcs.handover.model import Flight, HandoverOptions, Paper
+from aos_gcs.handover.model import HandoverOptions, LoggedFlight, Paper
 from aos_gcs.handover.styles import paragraph
 from aos_gcs.handover.texts import make_writer, markup, shortened
 from aos_gcs.mission.model.events import Event, EventKind
@@ -60,7 +60,7 @@ def printed(folder: Path, **options: object) -> str:
     return text_of(runtime.make_handover(folder, HandoverOptions(**options), PRINTED_UTC_S))  # type: ignore[arg-type]
 
 
-def flights_of(*states: object) -> list[Flight]:
+def flights_of(*states: object) -> list[LoggedFlight]:
     log = FlightLog()
     for event in states:
         log.add(event.utc_s, snapshot_of(event))  # type: ignore[attr-defined, arg-type]

@@ -22,7 +22,7 @@ from aos_gcs.mission.model.findings import Finding, FindingStatus
 from aos_gcs.mission.model.sharing import ChannelState
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.sharing.caltopo.channel import MapChannel, PositionChannel
-from aos_gcs.sharing.caltopo.objects import MAX_TRACK_POINTS, Tracks
+from aos_gcs.sharing.caltopo.objects import MAX_TRACK_POINTS, VehicleTracks
 from aos_gcs.sharing.caltopo.requests import Credential, position_report, signed
 from aos_gcs.sharing.channel import ChannelError
 from aos_gcs.sharing.http import Answer, Request
@@ -275,7 +275,7 @@ async def test_a_refusal_and_a_wrong_clock_are_named() -> None:
 
 
 def test_a_track_is_thinned_out_and_keeps_its_ends() -> None:
-    tracks = Tracks()
+    tracks = VehicleTracks()
     for metre in range(20_000):
         tracks.note(1, float(metre), 0.0)
     ((_, points),) = tracks.lines()

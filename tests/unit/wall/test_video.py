@@ -14,7 +14,7 @@ from aos_gcs.errors import InputDataError
 from aos_gcs.geometry.notations import Notation
 from aos_gcs.runtime.wall import video as wall_video
 from aos_gcs.runtime.wall.video import write_wall_video
-from aos_gcs.wall.composition import Shot, Track, compose, wall_size
+from aos_gcs.wall.composition import PictureSequence, Shot, compose, wall_size
 from aos_gcs.wall.model import TileKind, TileName, TilePicture, ViewedPlace
 from aos_gcs.wall.rendering import look, render_frame
 from tests.fakes.command_line import exit_status
@@ -132,7 +132,7 @@ def shot(record: GrowingRecord, utc_s: float) -> Callable[[], TilePicture]:
 def test_a_picture_that_is_old_is_marked_in_the_video(record: GrowingRecord) -> None:
     record.add(1, START_UTC_S, grey=200)
     place = ViewedPlace(48.0, 14.0)
-    track = Track(TILE, [Shot(START_UTC_S, place, shot(record, START_UTC_S))])
+    track = PictureSequence(TILE, [Shot(START_UTC_S, place, shot(record, START_UTC_S))])
     before = compose([track], START_UTC_S - 1.0, Notation.DECIMAL, 5.0)
     fresh = compose([track], START_UTC_S + 1.0, Notation.DECIMAL, 5.0)
     old = compose([track], START_UTC_S + 60.0, Notation.DECIMAL, 5.0)
