@@ -13,8 +13,9 @@ from typing import Any
 
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.groundmap.detection import Posture
 from aos_gcs.imaging.model import LeaderCriterion
-from aos_gcs.lab.worlds import ErrorGrade, ForestType, Posture, TerrainShape
+from aos_gcs.lab.worlds import ErrorGrade, ForestType, TerrainShape
 
 TREE_TOP_M = 18.0
 """No forest of the laboratory grows higher."""

@@ -16,17 +16,10 @@ from numpy.typing import NDArray
 
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
+from aos_gcs.groundmap.detection import Posture
 from aos_gcs.lab.simulator import simulator_part
 
 GROUP = "aos_gcs.worlds"
-
-
-class Posture(StrEnum):
-    """Posture of the target."""
-
-    STANDING = "standing"
-    SITTING = "sitting"
-    LYING = "lying"
 
 
 class ForestType(StrEnum):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -13,7 +14,6 @@ from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.lab.worlds import ForestType, Target, TargetViews, TerrainShape, WorldParameters
-from aos_gcs.lab.worlds import Posture as LabPosture
 from aos_sim.errors.cameras import LAST_MOMENT_S, ErringCameras, four_bands
 from aos_sim.errors.hover import Hover
 from aos_sim.errors.model import ErrorModel, error_model
@@ -81,7 +81,7 @@ class LabWorld:
         """Return per pose the cells of the raster that belong to the target, and which of them no leaf hides."""
         if not poses:
             return []
-        triangles, body = _body(target.heading_rad, target.posture)
+        triangles, body = _body(replace(target, position_enu_m=(0.0, 0.0)))
         west, north = corner
         index = np.arange(RASTER_CELLS)
         # Frame: the target's place is the origin, so that one body serves all steps of a walk.
@@ -169,9 +169,9 @@ def _person(target: Target) -> Person:
 
 
 @lru_cache(maxsize=8)
-def _body(heading_rad: float, posture: LabPosture) -> tuple[FloatArray, RayCaster]:
-    """Return the triangles of a person who stands at the origin, and their ray caster."""
-    triangles = person_mesh(_person(Target((0.0, 0.0), heading_rad, posture))).triangles_enu_m
+def _body(target: Target) -> tuple[FloatArray, RayCaster]:
+    """Return the triangles of a target, whose place is the origin, and their ray caster."""
+    triangles = person_mesh(_person(target)).triangles_enu_m
     return triangles, RayCaster(triangles)
 
 

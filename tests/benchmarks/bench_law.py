@@ -21,12 +21,12 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from aos_gcs.geometry.poses import nadir_pose
-from aos_gcs.groundmap.detection import Posture as PredictedPosture
+from aos_gcs.groundmap.detection import Posture
 from aos_gcs.lab.search import study
 from aos_gcs.lab.search.marks import marks, persons_share
 from aos_gcs.lab.search.model import Conditions, Method, occlusion_of
 from aos_gcs.lab.walk import free_place
-from aos_gcs.lab.worlds import Posture, Target, WorldParameters, build_world
+from aos_gcs.lab.worlds import Target, WorldParameters, build_world
 from aos_gcs.planning.settings import DetectionSettings
 
 VEHICLES = (1, 3, 10)
@@ -62,7 +62,7 @@ def fly(seed: int, density: float, postures: list[Posture], hectares: float, wan
             for vehicles in VEHICLES:
                 flight = study.search_flight(pod, Conditions(density, vehicles, hectares), Method.PLANNED)
                 if flight is not None:
-                    views, predicted = watch.predicted(flight, density, PredictedPosture(posture.value))
+                    views, predicted = watch.predicted(flight, density, posture)
                     half_view = 1.1 * study._camera().width_px / 2.0 / study._camera().fx_px
                     _, cameras_m = watch._near(flight, half_view)
                     noticed = _noticed(world, target, cameras_m, seed)

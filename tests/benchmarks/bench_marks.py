@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.geometry.poses import nadir_pose
-from aos_gcs.groundmap.detection import Posture as PredictedPosture
+from aos_gcs.groundmap.detection import Posture
 from aos_gcs.imaging.model import Frame
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.lab.detectability.study import BANDS, marked_cells
@@ -29,7 +29,7 @@ from aos_gcs.lab.search import study
 from aos_gcs.lab.search.model import Conditions, Method
 from aos_gcs.lab.search.persons import person_anywhere
 from aos_gcs.lab.walk import free_place
-from aos_gcs.lab.worlds import Posture, Target, WorldParameters, build_world
+from aos_gcs.lab.worlds import Target, WorldParameters, build_world
 from aos_gcs.planning.settings import DetectionSettings
 
 HECTARES = 4.0
@@ -85,7 +85,7 @@ def fly(seed: int, trees_per_ha: float, posture: Posture) -> Flown | None:
         np.array([len(one) for one in marks]) * cell_m2 / pixels_m2,
         by_images=len(set().union(*marks)) * cell_m2 >= DetectionSettings().threshold_m2,
         by_rays=watch.noticed_s(flight, single=False) is not None,
-        predicted=watch.predicted(flight, trees_per_ha, PredictedPosture(posture.value))[1],
+        predicted=watch.predicted(flight, trees_per_ha, posture)[1],
     )
 
 

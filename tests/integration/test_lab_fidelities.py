@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from aos_gcs.groundmap.detection import Posture
 from aos_gcs.lab import Fidelity, Scenario, draw_initialisations, open_world, parse_strategies, run_strategy
 from aos_gcs.lab.sensing import make_sensor
-from aos_gcs.lab.worlds import ErrorGrade, Posture, Target, World, WorldParameters, build_world
+from aos_gcs.lab.worlds import ErrorGrade, Target, World, WorldParameters, build_world
 
 SCENARIO = Scenario(
     trees_per_ha=200.0,

@@ -63,12 +63,12 @@ def search(
     from importlib.metadata import version  # noqa: PLC0415
 
     from aos_gcs.cli.output import progress  # noqa: PLC0415
+    from aos_gcs.groundmap.detection import Posture  # noqa: PLC0415
     from aos_gcs.lab.search.model import Method, SearchStudySettings, search_keys  # noqa: PLC0415
     from aos_gcs.lab.search.report import as_markdown, search_frame, summarise, write_document  # noqa: PLC0415
     from aos_gcs.lab.search.store import SearchFolder  # noqa: PLC0415
     from aos_gcs.lab.search.study import search_for_person  # noqa: PLC0415
     from aos_gcs.lab.workers import compute_each  # noqa: PLC0415
-    from aos_gcs.lab.worlds import Posture  # noqa: PLC0415
 
     for option, given, known in (("--methods", methods.split(","), Method), ("--posture", [posture], Posture)):
         for name in given:

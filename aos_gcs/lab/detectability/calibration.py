@@ -43,7 +43,7 @@ def occlusion_by_density(forests: Iterable[WatchedForest]) -> dict[float, float]
     seen: dict[float, list[float]] = {}
     for forest in forests:
         for person in forest.persons:
-            if person.posture.value == Posture.LYING.value:
+            if person.posture is Posture.LYING:
                 shares = np.array(person.seen_m2) / np.array(person.whole_m2)
                 seen.setdefault(forest.key.trees_per_ha, []).append(float(shares.mean()))
     return {density: 1.0 - float(np.mean(shares)) for density, shares in sorted(seen.items())}
@@ -72,7 +72,7 @@ def looks_at(
     for forest in forests:
         rng = np.random.default_rng([forest.key.seed, round(forest.key.trees_per_ha)])
         for person in forest.persons:
-            if person.posture.value == posture.value:
+            if person.posture is posture:
                 own = _looks_at_one(person, threshold_m2, directions, rng)
                 views += [count for count, _ in own]
                 noticed += [is_noticed for _, is_noticed in own]

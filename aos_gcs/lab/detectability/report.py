@@ -84,7 +84,7 @@ def summarise(forests: Sequence[WatchedForest], threshold_m2: float, step: float
         postures.append(
             PostureFigures(
                 posture=posture,
-                persons=sum(one.posture.value == posture.value for forest in forests for one in forest.persons),
+                persons=sum(one.posture is posture for forest in forests for one in forest.persons),
                 fitted=fit(everything),
                 held_out=calibrate(joined, prediction),
                 shipped=calibrate(everything, predicted(everything, DETECTABILITY[posture])),

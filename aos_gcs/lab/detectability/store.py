@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from aos_gcs.groundmap.detection import Posture
 from aos_gcs.lab.detectability.study import DetectabilitySettings, ForestKey, WatchedForest, WatchedPerson
 from aos_gcs.lab.study_folder import ResultLines, read_lines
-from aos_gcs.lab.worlds import Posture
 
 FORESTS_FILE = "forests.jsonl"
 

@@ -19,11 +19,12 @@ from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose, nadir_pose
 from aos_gcs.geometry.projection import plane_to_image
+from aos_gcs.groundmap.detection import Posture
 from aos_gcs.imaging.model import Frame
 from aos_gcs.imaging.step.examination import examine
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.lab.walk import free_place
-from aos_gcs.lab.worlds import Posture, Target, TargetViews, WorldParameters, build_world
+from aos_gcs.lab.worlds import Target, TargetViews, WorldParameters, build_world
 
 BANDS: Final = ("red", "green", "blue", "thermal")
 _SIDE_M = 80.0

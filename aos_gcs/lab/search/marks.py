@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from aos_gcs.lab.worlds import Posture
+from aos_gcs.groundmap.detection import Posture
 
 FloatArray = NDArray[np.float64]
 

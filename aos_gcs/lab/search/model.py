@@ -11,8 +11,8 @@ from typing import Final
 import numpy as np
 
 from aos_gcs.errors import ConfigurationError
+from aos_gcs.groundmap.detection import Posture
 from aos_gcs.imaging.step.settings import MAX_RATE_HZ, ImagingSettings
-from aos_gcs.lab.worlds import Posture
 from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.planning.search_settings import GREATEST_POD, LEAST_POD
 from aos_gcs.planning.settings import ForestSettings

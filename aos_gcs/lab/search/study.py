@@ -91,7 +91,7 @@ def _searches(
         if first is None:
             continue
         at_once = method is Method.LAWNMOWER
-        views, predicted = watch.predicted(first, conditions.trees_per_ha, Posture(settings.posture.value))
+        views, predicted = watch.predicted(first, conditions.trees_per_ha, settings.posture)
         seen_s = watch.noticed_s(first, single=at_once)
         rendered = watch.rendered_s(first) is not None if watch.renders and method is Method.PLANNED else None
         before_s, noticed = 0.0, seen_s is not None

@@ -35,7 +35,6 @@ from aos_gcs.lab.detectability.study import (
     forest_keys,
     watch_forest,
 )
-from aos_gcs.lab.worlds import Posture as LabPosture
 from aos_gcs.lab.worlds import Target, World, WorldParameters
 from tests.fakes.command_line import exit_status
 from tests.fakes.lab_world import FakeWorld
@@ -43,7 +42,7 @@ from tests.fakes.lab_world import FakeWorld
 ONE_SQUARE = ViewDirections(0.5)
 
 
-def person(*marked: Sequence[int], posture: LabPosture = LabPosture.LYING, **changes: object) -> WatchedPerson:
+def person(*marked: Sequence[int], posture: Posture = Posture.LYING, **changes: object) -> WatchedPerson:
     """Return a person whose views lie in directions of their own and have marked these cells of 0.01 m²."""
     tangents = tuple((0.1 + 0.5 * (view % 2), 0.1 - 0.5 * (view // 2 % 2)) for view in range(len(marked)))
     whole = WatchedPerson(
@@ -85,7 +84,7 @@ def test_views_in_one_square_of_directions_are_one_view() -> None:
 
 
 def test_other_postures_are_left_out_and_lying_ones_tell_the_occlusion() -> None:
-    standing = person((1,) * 9, posture=LabPosture.STANDING, seen_m2=(0.0,))
+    standing = person((1,) * 9, posture=Posture.STANDING, seen_m2=(0.0,))
     forests = [forest(person((1,), (2,)), standing), forest(person((1,), seen_m2=(0.4,)), trees_per_ha=150.0)]
     occlusion = occlusion_by_density(forests)
     assert occlusion == pytest.approx({150.0: 0.5, 300.0: 0.75})
@@ -173,10 +172,10 @@ def test_a_study_goes_on_where_it_was_stopped_and_reports(tmp_path: Path, capsys
         share = 0.1 if key.trees_per_ha == 150.0 else 0.03
         persons = [
             person(*(tuple(np.flatnonzero(rng.uniform(size=30) < share).tolist()) for _ in range(8)), posture=posture)
-            for posture in LabPosture
+            for posture in Posture
         ]
         folder.append(WatchedForest(key, tuple(persons)))
-    assert folder.forests()[0].persons[0].posture is LabPosture.STANDING
+    assert folder.forests()[0].persons[0].posture is Posture.STANDING
     arguments = ["lab", "detectability", "--out", str(tmp_path / "s"), "--forests", "4", "--seed", "10"]
     assert exit_status([*arguments, "--densities", "150,300"]) == 0
     told = capsys.readouterr().out

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from aos_gcs.errors import ConfigurationError
+from aos_gcs.groundmap.detection import Posture
 from aos_gcs.lab.scenario import Fidelity, Scenario, TimeModel, load_scenario, parse_scenario
-from aos_gcs.lab.worlds import Posture
 
 
 def test_the_defaults_are_the_papers() -> None:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from aos_gcs.groundmap.detection import Posture
 from aos_gcs.lab.search.marks import marks, persons_share
-from aos_gcs.lab.worlds import Posture
 
 RESOLUTION_M = 0.05
 PIXEL_M2 = 0.0053

@@ -8,7 +8,8 @@ import pytest
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose, nadir_pose
-from aos_gcs.lab.worlds import Posture, Target, World, WorldParameters, build_world
+from aos_gcs.groundmap.detection import Posture
+from aos_gcs.lab.worlds import Target, World, WorldParameters, build_world
 from aos_sim.lab_world import build_lab_world
 
 CAMERA = CameraModel.from_fov(512, 512, math.radians(50.0))
