@@ -337,6 +337,17 @@ def test_files_are_short() -> None:
     assert too_long == {}, f"split files of more than {MAX_LINES} lines by purpose"
 
 
+def test_a_public_class_name_of_the_core_stands_for_one_thing() -> None:
+    """The same name on both sides of a protocol, in the core and in drivers or simulator, is not ambiguous."""
+    modules: dict[str, set[str]] = {}
+    for module, tree in trees().items():
+        for node in tree.body:
+            if is_within(module, {"aos_gcs"}) and isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                modules.setdefault(node.name, set()).add(module)
+    ambiguous = {name: known for name, known in modules.items() if len(known) > 1}
+    assert ambiguous == {}, "one name, one thing: rename the class that fewer modules import, or merge the two"
+
+
 def docstrings(nodes: Iterable[ast.AST]) -> Iterator[tuple[int, str]]:
     """Yield line and text of the docstrings of modules, classes, functions and attributes."""
     for node in nodes:
