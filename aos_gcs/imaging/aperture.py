@@ -119,12 +119,8 @@ class AperturePlan:
     drones: int
     layers_m: tuple[float, ...]
     """Heights above the focal plane, one per drone."""
-    line_aperture_m: float
-    """Length of the drones' line: while scanning."""
-    packed_aperture_m: float
-    """Diameter of the disc that the drones fill at this spacing: over a target."""
     samples_in_view: int
-    """Drones of the packed aperture whose cameras have the target in view."""
+    """Drones of the aperture, packed over a target, whose cameras have the target in view."""
     visibility: float
     """Visibility of the integral, see :func:`integral_visibility`."""
     single_visibility: float
@@ -181,8 +177,6 @@ def plan_aperture(
         spacing_m=spacing_m,
         drones=count,
         layers_m=layers_m,
-        line_aperture_m=spacing_m * (count - 1),
-        packed_aperture_m=packed_m,
         samples_in_view=in_view,
         visibility=visibility,
         single_visibility=1.0 - occlusion,

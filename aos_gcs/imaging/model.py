@@ -158,8 +158,6 @@ class Blob:
     """Weighted by the number of frames that mark each cell; on the focal plane."""
     max_count: int
     """The largest number of frames that agree on one cell, or where several have to agree, beside it."""
-    vehicle_ids: tuple[int, ...]
-    """Vehicles whose masks have a part in it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -169,8 +167,6 @@ class BlobView:
     vehicle_id: int
     point_enu_m: NDArray[np.float64]
     """Centre of the cells that it marks, shape (2,), on the focal plane."""
-    area_m2: float
-    """Area of these cells."""
     camera: CameraModel
     """Ideal camera, without distortion."""
     pose: Pose

@@ -48,8 +48,8 @@ class Follower:
 
 def seen(east_m: float, north_m: float, area_m2: float = 0.2, count: int = 3) -> Sighting:
     """A blob that one camera right above it marks."""
-    view = BlobView(1, np.array([east_m, north_m]), area_m2, CAMERA, nadir_pose([east_m, north_m, 35.0]))
-    return Sighting(Blob(area_m2, (east_m, north_m, 0.0), count, (1,)), (view,))
+    view = BlobView(1, np.array([east_m, north_m]), CAMERA, nadir_pose([east_m, north_m, 35.0]))
+    return Sighting(Blob(area_m2, (east_m, north_m, 0.0), count), (view,))
 
 
 def analysis(*sightings: Sighting) -> StepAnalysis:

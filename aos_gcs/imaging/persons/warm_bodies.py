@@ -116,9 +116,7 @@ class WarmView:
         """Return what geolocation needs of it."""
         centre_enu_m = self.points_enu_m.mean(axis=0)
         camera = self.camera.ideal()
-        return BlobView(
-            self.vehicle_id, centre_enu_m, self.area_m2, camera, self.pose, self.time_sigma_s, self.speed_mps
-        )
+        return BlobView(self.vehicle_id, centre_enu_m, camera, self.pose, self.time_sigma_s, self.speed_mps)
 
 
 def warm_view(frame: Frame, plane_height_m: float = 0.0) -> WarmView:

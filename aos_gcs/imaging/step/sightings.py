@@ -29,7 +29,6 @@ def sight(
         area_m2=cells.area_m2(grid),
         centroid_enu_m=cells.centroid_enu_m(grid),
         max_count=int(cells.counts.max()),
-        vehicle_ids=tuple(dict.fromkeys(view.vehicle_id for view in views)),
     )
     return Sighting(blob, views)
 
@@ -67,6 +66,5 @@ def cells_by_frame(
 def _view(cells: BlobCells, own: NDArray[np.intp], grid: FocalGrid, frame: Viewpoint) -> BlobView:
     east_m = grid.west_m + (cells.columns[own].mean() + 0.5) * grid.resolution_m
     north_m = grid.north_m - (cells.rows[own].mean() + 0.5) * grid.resolution_m
-    area_m2 = own.size * grid.resolution_m**2
     point_enu_m, camera = np.array([east_m, north_m]), frame.camera.ideal()
-    return BlobView(frame.vehicle_id, point_enu_m, area_m2, camera, frame.pose, frame.time_sigma_s, frame.speed_mps)
+    return BlobView(frame.vehicle_id, point_enu_m, camera, frame.pose, frame.time_sigma_s, frame.speed_mps)

@@ -30,7 +30,7 @@ def tilted(pose: Pose, rotation_rad: tuple[float, float, float]) -> Pose:
 
 def view(vehicle_id: int, reported: Pose, pixel: np.ndarray, plane_height_m: float = 0.0) -> BlobView:
     point = intersect_plane(pixel, CAMERA, reported, plane_height_m)[0]
-    return BlobView(vehicle_id, point[:2], 0.1, CAMERA, reported)
+    return BlobView(vehicle_id, point[:2], CAMERA, reported)
 
 
 def exact_view(vehicle_id: int, pose: Pose, seen_enu_m: tuple[float, float, float]) -> BlobView:

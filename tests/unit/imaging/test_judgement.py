@@ -37,7 +37,7 @@ def test_counts_areas_and_leader_are_those_that_can_be_counted() -> None:
     large, small = judgement.sightings
     assert (large.blob.area_m2, small.blob.area_m2) == (4 * 0.25, 0.25)
     assert large.blob.centroid_enu_m == pytest.approx((0.25 + 0.5 * 3 / 5, -0.25 - 0.5 * 2 / 5, 0.0))
-    assert large.blob.vehicle_ids == (1, 2)
+    assert [view.vehicle_id for view in large.views] == [1, 2]
     assert judgement.vehicle_ids == (1, 2, 3)
     assert judgement.fitness.tolist() == [0.5, 0.75, 0.0]
     assert judgement.leader_id == 2
@@ -117,7 +117,8 @@ def test_pieces_at_a_suspected_place_are_one_blob_that_comes_before_larger_ones(
     suspected = KnownPlaces(suspected_enu_m=((0.5, -0.5),))
     judgement = judge(pieces, GRID, (), SETTINGS, suspected)
     person, other = judgement.sightings
-    assert (person.blob.area_m2, person.blob.vehicle_ids, person.suspected) == (0.75, (1, 2, 3), True)
+    assert (person.blob.area_m2, person.suspected) == (0.75, True)
+    assert [view.vehicle_id for view in person.views] == [1, 2, 3]
     assert (other.blob.area_m2, other.suspected) == (1.0, False)
     assert judgement.blob == person.blob
     assert judgement.fitness.tolist() == [0.25, 0.25, 0.25]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import pytest
 
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import nadir_pose
@@ -43,8 +42,7 @@ def test_each_target_is_sighted_with_the_views_that_mark_it() -> None:
     for view in large.views:
         np.testing.assert_allclose(view.point_enu_m, LARGE[:2], atol=0.25)
     fitness = dict(zip(analysis.vehicle_ids, analysis.fitness, strict=True))
-    assert [view.area_m2 for view in large.views] == pytest.approx([fitness[1], fitness[2]])
-    assert fitness[3] == 0.0
+    assert min(fitness[1], fitness[2]) > fitness[3] == 0.0
 
 
 def test_each_frame_has_its_own_cells_of_each_blob() -> None:
@@ -64,6 +62,5 @@ def test_each_frame_has_its_own_cells_of_each_blob() -> None:
 def test_the_views_together_are_the_centroid() -> None:
     analysis = analyse_step([look(i, 1.5 * i, {LARGE: 2}) for i in range(4)], ImagingSettings(rx_quantile=0.99))
     sighting = analysis.sightings[0]
-    areas_m2 = [view.area_m2 for view in sighting.views]
     points_m = [view.point_enu_m for view in sighting.views]
-    np.testing.assert_allclose(np.average(points_m, axis=0, weights=areas_m2), sighting.blob.centroid_enu_m[:2])
+    np.testing.assert_allclose(np.average(points_m, axis=0, weights=analysis.fitness), sighting.blob.centroid_enu_m[:2])

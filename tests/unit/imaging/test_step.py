@@ -48,7 +48,7 @@ def test_the_target_is_found_where_it_is() -> None:
     assert analysis.blob is not None
     np.testing.assert_allclose(analysis.blob.centroid_enu_m, TARGET, atol=0.25)
     assert 1.2 < analysis.visibility_m2 < 4.5
-    assert analysis.blob.vehicle_ids == (10, 11, 12, 13, 14, 15)
+    assert [view.vehicle_id for view in analysis.sightings[0].views] == [10, 11, 12, 13, 14, 15]
     assert analysis.blob.max_count >= 3
     assert analysis.leader_id in analysis.vehicle_ids
     integral = integrate(swarm(occluded=0.6), analysis.grid)
@@ -167,7 +167,7 @@ def test_the_last_frame_of_a_vehicle_stands_for_it() -> None:
     assert analysis.fitness[0] == 0.0
     assert analysis.leader_id == 2
     assert analysis.blob is not None
-    assert analysis.blob.vehicle_ids == (1, 2)
+    assert {view.vehicle_id for view in analysis.sightings[0].views} == {1, 2}
 
 
 UP = Pose(np.array([3.0, -2.0, 30.0]), np.eye(3))
@@ -227,7 +227,7 @@ def test_frames_of_other_sizes_and_depths_are_used_together() -> None:
     assert not analysis.skipped
     assert analysis.blob is not None
     np.testing.assert_allclose(analysis.blob.centroid_enu_m, TARGET, atol=0.25)
-    np.testing.assert_allclose(analysis.blob.vehicle_ids, [f.vehicle_id for f in frames])
+    assert [view.vehicle_id for view in analysis.sightings[0].views] == [f.vehicle_id for f in frames]
 
 
 @pytest.mark.parametrize("source", AnomalySource)

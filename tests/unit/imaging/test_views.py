@@ -247,7 +247,7 @@ def test_steps_and_grids_work_with_distorted_frames(camera: CameraModel) -> None
     analysis = analyse_step(warm, ImagingSettings(plane_height_m=1.0, rx_quantile=0.99))
     assert analysis.blob is not None
     np.testing.assert_allclose(analysis.blob.centroid_enu_m, [2.0, -1.0, 1.0], atol=0.15)
-    assert analysis.blob.vehicle_ids == (0, 1, 2, 3, 4)
+    assert [view.vehicle_id for view in analysis.sightings[0].views] == [0, 1, 2, 3, 4]
     grid = FocalGrid(-6.0, 6.0, 0.25, 48, 48, 1.0)
     mean, coverage = integrate(frames, grid_view(grid), exact=False)
     cells = -6.0 + 0.125 + 0.25 * np.arange(48)

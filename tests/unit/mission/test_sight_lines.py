@@ -27,7 +27,7 @@ def views_of(
     for vehicle_id, (place_m, bias_m) in enumerate(zip(places_m, biases_m, strict=True), start=1):
         pose = nadir_pose([*place_m, ALTITUDE_M])
         point_m = np.array(body_m) + (np.array(body_m) - place_m) * BODY_M / (ALTITUDE_M - BODY_M) + bias_m
-        views.append(BlobView(vehicle_id, point_m, 0.1, CAMERA, pose))
+        views.append(BlobView(vehicle_id, point_m, CAMERA, pose))
     return views
 
 
@@ -100,7 +100,6 @@ def test_lines_are_taken_to_the_focal_plane_in_use() -> None:
         BlobView(
             v.vehicle_id,
             v.pose.position_enu_m[:2] + (v.point_enu_m - v.pose.position_enu_m[:2]) * 33 / 35,
-            0.1,
             CAMERA,
             v.pose,
         )

@@ -284,8 +284,8 @@ def test_the_error_shrinks_with_sightings_but_not_below_the_biases() -> None:
 def test_one_vehicle_with_a_poor_compass_has_a_long_ellipse() -> None:
     uncertainty = replace(Uncertainty(), yaw_rad=math.radians(10.0), attitude_rad=0.0, position_horizontal_m=0.1)
     tracker = TargetTracker(replace(SETTINGS, uncertainty=uncertainty))
-    view = BlobView(1, np.array([10.0, 0.0]), 0.2, CAMERA, nadir_pose([0.0, 0.0, 35.0]))
-    tracker.observe(analysis(Sighting(Blob(0.2, (10.0, 0.0, 0.0), 1, (1,)), (view,))), 1.0)
+    view = BlobView(1, np.array([10.0, 0.0]), CAMERA, nadir_pose([0.0, 0.0, 35.0]))
+    tracker.observe(analysis(Sighting(Blob(0.2, (10.0, 0.0, 0.0), 1), (view,))), 1.0)
     estimate = tracker.estimate()
     assert estimate is not None
     assert estimate.ellipse is not None
@@ -294,8 +294,8 @@ def test_one_vehicle_with_a_poor_compass_has_a_long_ellipse() -> None:
 
 
 def test_a_suspected_blob_is_in_view_however_small_it_is() -> None:
-    view = BlobView(1, np.array([10.0, 0.0]), 0.01, CAMERA, nadir_pose([0.0, 0.0, 35.0]))
-    small = Sighting(Blob(0.01, (10.0, 0.0, 0.0), 1, (1,)), (view,))
+    view = BlobView(1, np.array([10.0, 0.0]), CAMERA, nadir_pose([0.0, 0.0, 35.0]))
+    small = Sighting(Blob(0.01, (10.0, 0.0, 0.0), 1), (view,))
     for sighting, is_in_view in ((small, False), (replace(small, suspected=True), True)):
         assert TargetTracker(SETTINGS).observe(analysis(sighting), 1.0) is is_in_view
 
