@@ -61,22 +61,18 @@ class Intake:
         self._is_settled = False
         self.protected: Collection[PeerAddress] = frozenset()
         """Addresses that vehicles in flight own: they are always read."""
-        self.refused_bytes = 0
 
-    def admits(self, size: int, peer: PeerAddress, budget: PeerIntake | None, now_s: float) -> bool:
-        """Return whether to read ``size`` bytes of an address; ``budget`` is None for one that is new."""
+    def admits(self, peer: PeerAddress, budget: PeerIntake | None, now_s: float) -> bool:
+        """Return whether to read bytes of an address; ``budget`` is None for one that is new."""
         if budget is not None and budget.is_settled and self._is_settled:
             return True  # as for nearly all datagrams
         if peer in self.protected:
             return True
         if not self._is_settled:
             self._is_settled = self._bytes.left(now_s) > 0.0
-        is_admitted = self._is_settled and (
+        return self._is_settled and (
             self._new_peers.take(1.0, now_s) if budget is None else budget.is_settled or budget.settle(now_s)
         )
-        if not is_admitted:
-            self.refused_bytes += size
-        return is_admitted
 
     def spend(self, peer: PeerAddress, budget: PeerIntake, received: int, dropped: int) -> None:
         """Note what was read from an address, and how much of it was noise."""

@@ -88,7 +88,7 @@ class PeerTable:
     def receive(self, data: bytes, peer: PeerAddress, now_s: float) -> list[Received]:
         """Return the valid packets that ``data`` completes."""
         entry = self._peers.get(peer)
-        if not self.intake.admits(len(data), peer, entry.budget if entry is not None else None, now_s):
+        if not self.intake.admits(peer, entry.budget if entry is not None else None, now_s):
             return []
         entry = entry or self._make_room_for(peer, now_s)
         if entry is None:
@@ -126,11 +126,6 @@ class PeerTable:
         """Return and forget the packets to send."""
         outgoing, self.outgoing = self.outgoing, []
         return outgoing
-
-    @property
-    def dropped_bytes(self) -> int:
-        """Bytes received that belonged to no valid packet, or that were refused unread."""
-        return self.intake.refused_bytes + sum(entry.parser.dropped_bytes for entry in self._peers.values())
 
     def _add(self, peer: PeerAddress) -> _Peer:
         return self._peers.setdefault(peer, _Peer(self._system_id))

@@ -155,11 +155,6 @@ class MavlinkSession:
         """Return and forget the packets to send."""
         return self._peers.take_outgoing()
 
-    @property
-    def dropped_bytes(self) -> int:
-        """Bytes received that belonged to no valid packet."""
-        return self._peers.dropped_bytes
-
     def take_events(self) -> list[Event]:
         """Return and forget what has happened: all calls of ``take`` until then are one reading of the links."""
         events, self._events = self._events, []

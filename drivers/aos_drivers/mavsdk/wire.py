@@ -67,7 +67,7 @@ class Wire:
     def receive(self, data: bytes, peer: PeerAddress, waited_s: float = 0.0, /) -> None:
         """Process bytes of a link that came ``waited_s`` ago, in real seconds; MAVSDK receives the valid packets."""
         entry, now_s = self._peers.get(peer), self._time_ago_s(waited_s)
-        if not self.intake.admits(len(data), peer, entry.budget if entry is not None else None, now_s):
+        if not self.intake.admits(peer, entry.budget if entry is not None else None, now_s):
             return
         if entry is None:
             if len(self._peers) >= _MAX_PEERS:

@@ -60,10 +60,9 @@ def test_little_of_a_flood_is_parsed_and_vehicles_are_heard(noise: str, read_byt
     assert record.heard_at_s == pytest.approx(3.8)
     assert record.loss_fraction() == 0.0
     assert sum(read_bytes) < len(ATTACKERS) * (8192 + 4 * 2048 + 2 * 1400) + 4000
-    assert session.dropped_bytes > 2_500_000
 
 
-def test_a_flood_of_valid_packets_does_not_shut_out_a_vehicle_in_flight() -> None:
+def test_a_flood_of_valid_packets_does_not_shut_out_a_vehicle_in_flight(read_bytes: list[int]) -> None:
     session, vehicle, forger = MavlinkSession(254, 5.0), FakeVehicle(), FakeVehicle(77)
     vehicle.armed = True
     session.feed(vehicle.heartbeat() + vehicle.position(), VEHICLE, 0.0)
@@ -76,7 +75,7 @@ def test_a_flood_of_valid_packets_does_not_shut_out_a_vehicle_in_flight() -> Non
     vehicle.boot_ms += 2000
     session.feed(vehicle.heartbeat(), VEHICLE, 2.2)
     assert session.records[1].heard_at_s == 2.2
-    assert session.dropped_bytes > 500_000
+    assert sum(read_bytes) < 200 * len(ATTACKERS) * len(flood) - 500_000
 
 
 def test_a_noisy_line_that_also_brings_packets_is_read() -> None:
@@ -88,10 +87,10 @@ def test_a_noisy_line_that_also_brings_packets_is_read() -> None:
 
 def test_ever_new_addresses_are_admitted_slowly() -> None:
     intake = Intake()
-    admitted = sum(intake.admits(20, PeerAddress(0, "10.6.6.6", port), None, 1.0) for port in range(5000))
+    admitted = sum(intake.admits(PeerAddress(0, "10.6.6.6", port), None, 1.0) for port in range(5000))
     assert admitted <= 1024
-    assert not intake.admits(20, VEHICLE, None, 1.001)
-    assert intake.admits(20, VEHICLE, None, 2.0)
+    assert not intake.admits(VEHICLE, None, 1.001)
+    assert intake.admits(VEHICLE, None, 2.0)
 
 
 def test_an_overload_is_reported_as_the_stations_at_most_once_a_minute() -> None:
