@@ -71,7 +71,6 @@ class RingPrior:
 
     place_deg: PlaceDeg
     distances_m: tuple[float, float, float, float]
-    category: str = ""
 
     def density_per_m2(self, frame: LocalFrame, places_enu_m: FloatArray) -> FloatArray:
         """Return the probability per square metre at places, even within each ring.
@@ -194,7 +193,7 @@ def _rings(feature: Mapping[str, Any], path: Path) -> RingPrior:
             f"{path}: distances_m must be four ascending numbers of metres above 0 ({shares}), but is {shown(stated)}."
         )
     place_deg = _place(geometry_of(feature, path).get("coordinates"), path)
-    return RingPrior(place_deg, (known[0], known[1], known[2], known[3]), str(properties.get("category", "")))
+    return RingPrior(place_deg, (known[0], known[1], known[2], known[3]))
 
 
 # --- polygons ---------------------------------------------------------------------------------------------------------
