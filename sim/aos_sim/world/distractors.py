@@ -38,7 +38,6 @@ class DistractorKind(StrEnum):
 class Distractor:
     """Something in the world that is not a person."""
 
-    name: str
     kind: DistractorKind
     position_enu_m: NDArray[np.float64]
     """Point on the ground below its middle, shape (3,)."""
@@ -54,9 +53,7 @@ class Distractor:
     """Temperature of an animal's head and legs; the others have one temperature."""
 
 
-def make_distractor(
-    rng: np.random.Generator, kind: DistractorKind, name: str, position_enu_m: NDArray[np.float64]
-) -> Distractor:
+def make_distractor(rng: np.random.Generator, kind: DistractorKind, position_enu_m: NDArray[np.float64]) -> Distractor:
     """Draw size, colour, temperature and heading of a kind."""
     heading_rad = float(rng.uniform(0.0, 2 * math.pi))
     length, width, height = _draw_size(rng, kind)
@@ -73,7 +70,7 @@ def make_distractor(
     else:
         colour, celsius = _FUR_COLOURS[kind], float(rng.uniform(15.5, 22.5))
         bare_celsius = celsius + float(rng.uniform(3.0, 6.0))
-    return Distractor(name, kind, position_enu_m, heading_rad, length, width, height, colour, celsius, bare_celsius)
+    return Distractor(kind, position_enu_m, heading_rad, length, width, height, colour, celsius, bare_celsius)
 
 
 def _draw_size(rng: np.random.Generator, kind: DistractorKind) -> tuple[float, float, float]:

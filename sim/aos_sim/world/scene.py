@@ -241,12 +241,12 @@ def _make_distractors(
     kinds += [DistractorKind.STUMP] * parameters.stumps + [DistractorKind.WATER] * parameters.waters
     taken_enu_m = [person.position_enu_m[:2] for person in persons]
     distractors = []
-    for index, kind in enumerate(kinds, start=1):
+    for kind in kinds:
         others = np.array(taken_enu_m).reshape(-1, 2)
         obstacles = [(forest.trunk_enu_m, _TRUNK_CLEARANCE_M), (others, _DISTRACTOR_CLEARANCE_M)]
         place = _place(rng, _window(parameters.side_m), obstacles)
         taken_enu_m.append(place)
-        distractors.append(make_distractor(rng, kind, f"{kind}-{index}", np.array([*place, 0.0])))
+        distractors.append(make_distractor(rng, kind, np.array([*place, 0.0])))
     return tuple(distractors)
 
 

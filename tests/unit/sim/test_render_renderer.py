@@ -174,7 +174,7 @@ def test_masks_by_name_add_up_and_unknown_names_are_refused(bare: Renderer) -> N
 
 
 def test_distractors_are_seen_but_are_no_persons(bare_scene: Scene) -> None:
-    stone = make_distractor(rng(1), DistractorKind.STONE, "stone", np.array([3.0, 20.0, 0.0]))
+    stone = make_distractor(rng(1), DistractorKind.STONE, np.array([3.0, 20.0, 0.0]))
     renderer = Renderer(replace(bare_scene, persons=(person_at(-3, 20),), distractors=(stone,)))
     pose = nadir_pose([0, 20, 15])
     masks = renderer.person_masks(pose, CAMERA)

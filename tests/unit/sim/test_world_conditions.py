@@ -29,7 +29,7 @@ def shown(mesh: Mesh, conditions: Conditions) -> np.ndarray:
 
 
 def warmest(kind: DistractorKind, conditions: Conditions) -> float:
-    meshes = [distractor_mesh(make_distractor(np.random.default_rng(i), kind, "it", MIDDLE)) for i in range(40)]
+    meshes = [distractor_mesh(make_distractor(np.random.default_rng(i), kind, MIDDLE)) for i in range(40)]
     return max(float(shown(mesh, conditions)[:, 3].max()) for mesh in meshes)
 
 

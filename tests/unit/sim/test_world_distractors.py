@@ -11,7 +11,7 @@ MIDDLE_ENU_M = np.array([3.0, -2.0, 0.0])
 
 
 def draw(kind: DistractorKind, seed: int = 0) -> Distractor:
-    return make_distractor(np.random.default_rng(seed), kind, "it", MIDDLE_ENU_M)
+    return make_distractor(np.random.default_rng(seed), kind, MIDDLE_ENU_M)
 
 
 @pytest.mark.parametrize("kind", DistractorKind)
