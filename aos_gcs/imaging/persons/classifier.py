@@ -51,6 +51,8 @@ _CLOTHES_C, _CLOTHES_SIGMA_K = 31.0, 3.0
 """Usual temperature of the middle of a clothed body on a sunny day, and its standard deviation. Assumptions."""
 _SKIN_ABOVE_CLOTHES_K = 5.0
 """Contrast above the middle that counts on a sunny day; spots of sun make clothes warmer by more, and fur as well."""
+_CLOTHES_IN_SUN_WEIGHT = 0.3
+"""Weight of the log-odds of what is as warm as clothes on a sunny day."""
 MIN_VEHICLES = 2
 """Vehicles that must agree; one alone may see a defective pixel, or a piece of another body beside its place."""
 DAY_SIGMA_K = 2.0
@@ -110,7 +112,8 @@ def person_confidence(evidence: Evidence, model: PersonModel | None = None) -> f
     of_a_cool_day = _as_on_a_cool_day(in_shade)
     standardised = (np.array([_features(of_a_cool_day, day_k) for day_k in _DAYS_K]) - model.centres) / model.scales
     log_odds = standardised @ np.array(model.weights) + model.bias + math.log(model.odds)
-    return float(_DAYS_WEIGHT @ scipy.special.expit(log_odds)) * _may_be_so_hot(evidence)
+    confidence = float(_DAYS_WEIGHT @ scipy.special.expit(log_odds)) * _may_be_so_hot(evidence)
+    return _in_sun(confidence) if evidence.in_sun else confidence
 
 
 def _as_in_the_shade(evidence: Evidence) -> Evidence:
@@ -132,6 +135,13 @@ def _as_on_a_cool_day(evidence: Evidence) -> Evidence:
         contrast_median_k=stretch * evidence.contrast_median_k,
         contrast_peak_k=stretch * evidence.contrast_peak_k,
     )
+
+
+def _in_sun(confidence: float) -> float:
+    """Return the probability on a sunny day, on which fur may be as warm as clothes."""
+    if not 0.5 < confidence < 1.0:
+        return confidence
+    return float(scipy.special.expit(_CLOTHES_IN_SUN_WEIGHT * math.log(confidence / (1.0 - confidence))))
 
 
 def hotter_than_usual_k(evidence: Evidence) -> float | None:

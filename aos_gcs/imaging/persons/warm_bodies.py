@@ -78,7 +78,8 @@ class WarmView:
     """The frame's median, in degrees Celsius, as well as the camera knows them; None where it is none of a forest, as
     of a camera whose scale is wrong, and without temperatures."""
     in_sun: bool = False
-    """Whether the sun warms leaves and ground here and there, and so, in spots, what wears clothes or fur."""
+    """Whether the sun warms leaves and ground here and there, by this frame or by those of the same day, and so, in
+    spots, what wears clothes or fur."""
 
     @property
     def area_m2(self) -> float:

@@ -24,6 +24,9 @@ KEPT_STEPS = 3
 """Number of steps whose frames count; the model of persons is fitted to as many."""
 SUSPICION = 0.2
 """Probability from which a warm body may be a person, so that it is worth a close look: as many bodies are persons."""
+_SUNNY_SHARE = 0.25
+"""Share of the frames so far in which the sun warms the ground, from which on the day is a sunny one: in some all that
+they hold lies in the shade."""
 KEPT_BODIES = 8
 """Number of bodies, those seen last, whose lines of sight are kept."""
 
@@ -52,6 +55,10 @@ class PersonWatch:
     """Height of the plane that the points of the steps lie on."""
     suspects_enu_m: tuple[tuple[float, float], ...] = ()
     """Horizontal places of warm bodies that may be persons, by all that the steps show."""
+    frames: int = 0
+    """Frames with temperatures so far."""
+    frames_in_sun: int = 0
+    """Those in which the sun warms the ground."""
 
     def look(self, frames: Sequence[Frame], plane_height_m: float) -> PersonWatch:
         """Return the watch with what is warm in a step's frames, or stands out where none of them tells temperatures.
@@ -62,12 +69,15 @@ class PersonWatch:
         """
         radiometric = [frame for frame in frames if "thermal" in frame.bands and frame.image.dtype.kind == "f"]
         plain = [] if radiometric else [frame for frame in frames if can_stand_out(frame)]
+        warm = [warm_view(frame, plane_height_m) for frame in radiometric]
+        frames, in_sun = self.frames + len(warm), self.frames_in_sun + sum(view.in_sun for view in warm)
+        is_sunny = in_sun > _SUNNY_SHARE * frames
         seen = (
-            *(warm_view(frame, plane_height_m) for frame in radiometric),
+            *(replace(view, in_sun=is_sunny) for view in warm),
             *(relative_view(frame, plane_height_m) for frame in plain),
         )
         steps = (*self._steps_on(plane_height_m), seen)[-KEPT_STEPS:]
-        return replace(self, steps=steps, plane_height_m=plane_height_m)
+        return replace(self, steps=steps, plane_height_m=plane_height_m, frames=frames, frames_in_sun=in_sun)
 
     def without_steps(self) -> PersonWatch:
         """Return the watch without what was seen; the lines of sight stay: a body that has moved drops its own."""
@@ -75,7 +85,12 @@ class PersonWatch:
 
     def on_plane(self, plane_height_m: float) -> PersonWatch:
         """Return what was seen, without lines of sight, on the plane of another height."""
-        return PersonWatch(self._steps_on(plane_height_m), plane_height_m=plane_height_m)
+        return PersonWatch(
+            self._steps_on(plane_height_m),
+            plane_height_m=plane_height_m,
+            frames=self.frames,
+            frames_in_sun=self.frames_in_sun,
+        )
 
     def _steps_on(self, plane_height_m: float) -> tuple[tuple[WarmView, ...], ...]:
         if plane_height_m == self.plane_height_m:
