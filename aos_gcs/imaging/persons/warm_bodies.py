@@ -33,6 +33,8 @@ _SUNLIT_K = 6.0
 _IN_SUN_K = 1.2
 """Contrast of the frame's warmest tenth from which the sun warms leaves and ground: in simulated forests 1 K at most
 without it, and 2 K in the median with it."""
+_COLOURS, _DARK = ("red", "green", "blue"), 25.0
+"""Bands of daylight, and their median level of 255 below which the sun is down."""
 LINK_M = 1.5
 """Largest distance at which warm spots belong to one body: views of one person lie 0.9 m apart where positions are
 known to 0.5 m and attitudes to 1 degree."""
@@ -143,8 +145,17 @@ def warm_view(frame: Frame, plane_height_m: float = 0.0) -> WarmView:
         view,
         out_of_focus=thermal.out_of_focus,
         background_c=background_c if is_known else None,
-        in_sun=sunlit_c - background_c >= _IN_SUN_K,
+        in_sun=sunlit_c - background_c >= _IN_SUN_K and not _is_dark(frame),
     )
+
+
+def _is_dark(frame: Frame) -> bool:
+    """Return whether the frame's colours are those of a night, when clearings differ from crowns without any sun."""
+    colours = [band for band, name in enumerate(frame.bands) if name in _COLOURS]
+    if not colours:
+        return False
+    samples = frame.image[::_BACKGROUND_STRIDE, ::_BACKGROUND_STRIDE, colours]
+    return float(np.nanmedian(samples)) < _DARK
 
 
 def view_above(

@@ -137,6 +137,14 @@ def test_the_sun_is_known_by_the_ground_that_it_warms(share: float, in_sun: bool
     assert warm_view(sunlit_frame(share, edge_px=64)).in_sun is in_sun
 
 
+@pytest.mark.parametrize(("level", "in_sun"), [(10.0, False), (90.0, True)])
+def test_nothing_is_in_the_sun_by_night(level: float, in_sun: bool) -> None:
+    thermal = sunlit_frame(0.3, edge_px=64)
+    colours = np.full((64, 64, 3), level, np.float32)
+    frame = dataclasses.replace(thermal, image=np.concatenate((colours, thermal.image), axis=2), bands=BANDS)
+    assert warm_view(frame).in_sun is in_sun
+
+
 def test_nothing_compares_rows_under_the_lock_of_the_interpreter(monkeypatch: pytest.MonkeyPatch) -> None:
     """Sorting rows did that for seconds: every other thread, with the heartbeat, stood still."""
     unique = np.unique

@@ -31,6 +31,13 @@ def warm_frame(vehicle_id: int, *, clothes_k: float, skin_k: float, size_m: floa
     return Frame(vehicle_id, image.astype(np.float32), ("thermal",), nadir_pose([0.0, 0.0, HEIGHT_M]), CAMERA)
 
 
+def in_part_warmer(frame: Frame, kelvin: float) -> Frame:
+    """The frame with a western fifth in the sun."""
+    image = frame.image.astype(np.float32)
+    image[:, : image.shape[1] // 5] += kelvin
+    return replace(frame, image=image)
+
+
 def person(vehicle_id: int) -> Frame:
     return warm_frame(vehicle_id, clothes_k=11.0, skin_k=20.0)
 
@@ -49,6 +56,15 @@ def test_a_body_as_warm_as_skin_and_clothes_is_taken_for_a_person_and_a_lukewarm
     verdict = verdict_at(PersonWatch().look(stones, 0.0))
     assert verdict is not None
     assert verdict.kind is FindingKind.WARM_OBJECT
+
+
+def test_a_day_is_sunny_by_all_frames_of_the_search() -> None:
+    """Also where all that the latest frames hold lies in the shade."""
+    shade = [person(vehicle_id) for vehicle_id in (1, 2, 3)]
+    lit = [in_part_warmer(frame, 3.0) for frame in shade]
+    watch = PersonWatch().look(lit, 0.0).look(shade, 0.0)
+    assert all(view.in_sun for view in watch.on_plane(1.0).look(shade, 1.0).steps[-1])
+    assert not any(view.in_sun for view in PersonWatch().look([*shade, *shade, *shade, lit[0]], 0.0).steps[-1])
 
 
 def test_the_body_is_located_and_a_frame_that_does_not_show_it_counts_among_those_that_look() -> None:
