@@ -34,6 +34,18 @@ def test_a_warm_forest_is_reported_once_after_three_steps() -> None:
     assert told.severities == [Severity.WARNING]
 
 
+def test_a_sunny_day_is_reported_once_after_three_steps() -> None:
+    told = Notices()
+    watch = BackgroundWatch(told)
+    for is_sunny in (True, True, False, True, True):
+        watch.note_sun(is_sunny=is_sunny)
+    assert not told.texts
+    for _ in range(5):
+        watch.note_sun(is_sunny=True)
+    (text,) = told.texts
+    assert text.startswith("The sun warms clothes, fur and stones alike")
+
+
 def test_what_tells_no_temperatures_tells_nothing_of_the_forest() -> None:
     told = Notices()
     watch = BackgroundWatch(told)

@@ -1,4 +1,4 @@
-"""Temperature of the forest, which tells whether persons can be told from it at all."""
+"""Warmth of the forest and of the sun, which tell whether persons can be told from all else."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _STRIDE = 16
 
 
 class BackgroundWatch:
-    """Warns operators, once, of a forest that is nearly as warm as persons.
+    """Warns operators, once each, of a forest that is nearly as warm as persons, and of sun.
 
     Args:
         journal: journal that the warning is reported to.
@@ -28,6 +28,7 @@ class BackgroundWatch:
     def __init__(self, journal: Announcer) -> None:
         self._journal = journal
         self._warm_steps = 0
+        self._sunny_steps = 0
 
     def note(self, frames: Sequence[Frame]) -> None:
         """Look at the frames of a step; those without temperatures tell nothing."""
@@ -49,4 +50,16 @@ class BackgroundWatch:
                 Severity.WARNING,
                 f"Forest and ground at {background_c:.0f} °C: persons are hardly warmer, and may be missed or "
                 "mistaken. Search by night, or in the cool of the morning",
+            )
+
+    def note_sun(self, *, is_sunny: bool) -> None:
+        """Note whether the day is sunny, by the frames of a step and of those before."""
+        if self._sunny_steps >= _STEPS:
+            return
+        self._sunny_steps = self._sunny_steps + 1 if is_sunny else 0
+        if self._sunny_steps == _STEPS:
+            self._journal.notice(
+                Severity.WARNING,
+                "The sun warms clothes, fur and stones alike: persons are mistaken more often. "
+                "Search by night, under clouds, or early in the morning",
             )

@@ -184,6 +184,7 @@ class Vision:
             self._context.journal.notice(Severity.WARNING, text)
         # Only now: who ends the step meanwhile ends it without a judgement, as the record has it.
         self._persons = persons
+        self._background.note_sun(is_sunny=persons.is_sunny)
         self._reported = []
         return judgements
 

@@ -71,13 +71,17 @@ class PersonWatch:
         plain = [] if radiometric else [frame for frame in frames if can_stand_out(frame)]
         warm = [warm_view(frame, plane_height_m) for frame in radiometric]
         frames, in_sun = self.frames + len(warm), self.frames_in_sun + sum(view.in_sun for view in warm)
-        is_sunny = in_sun > _SUNNY_SHARE * frames
+        watch = replace(self, plane_height_m=plane_height_m, frames=frames, frames_in_sun=in_sun)
         seen = (
-            *(replace(view, in_sun=is_sunny) for view in warm),
+            *(replace(view, in_sun=watch.is_sunny) for view in warm),
             *(relative_view(frame, plane_height_m) for frame in plain),
         )
-        steps = (*self._steps_on(plane_height_m), seen)[-KEPT_STEPS:]
-        return replace(self, steps=steps, plane_height_m=plane_height_m, frames=frames, frames_in_sun=in_sun)
+        return replace(watch, steps=(*self._steps_on(plane_height_m), seen)[-KEPT_STEPS:])
+
+    @property
+    def is_sunny(self) -> bool:
+        """Whether the sun warms spots of clothes and fur, too."""
+        return self.frames_in_sun > _SUNNY_SHARE * self.frames
 
     def without_steps(self) -> PersonWatch:
         """Return the watch without what was seen; the lines of sight stay: a body that has moved drops its own."""

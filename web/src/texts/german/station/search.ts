@@ -59,6 +59,10 @@ export const search: readonly StationText[] = [
   ["{silence}: the search goes on with stops", "{silence}: Die Suche geht mit Halten weiter"],
   ["The segments cannot be used: {error}", "Die Segmente können nicht verwendet werden: {error}"],
   [
+    "The sun warms clothes, fur and stones alike: persons are mistaken more often. Search by night, under clouds, or early in the morning",
+    "Die Sonne erwärmt Kleidung, Fell und Steine gleichermaßen: Personen werden öfter verwechselt. Bei Nacht, unter Wolken oder früh am Morgen suchen",
+  ],
+  [
     "Forest and ground at {temperature} °C: persons are hardly warmer, and may be missed or mistaken. Search by night, or in the cool of the morning",
     "Wald und Boden haben {temperature} °C: Personen sind kaum wärmer und können übersehen oder verwechselt werden. Bei Nacht oder am kühlen Morgen suchen",
   ],
