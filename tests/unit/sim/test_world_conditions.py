@@ -74,7 +74,7 @@ def test_the_sun_makes_clothes_and_fur_hotter_than_skin_the_darker_the_more(cond
     assert sun_k(dark, Material.CLOTHING) > 12.0
     assert 2.0 < sun_k(bright, Material.CLOTHING) < 8.0
     assert sun_k(dark, Material.SKIN) == 0.0
-    boar = distractor_mesh(make_distractor(np.random.default_rng(1), DistractorKind.BOAR, "it", MIDDLE))
+    boar = distractor_mesh(make_distractor(np.random.default_rng(1), DistractorKind.BOAR, MIDDLE))
     assert sun_k(boar, Material.FUR) > 8.0
 
 
