@@ -178,7 +178,7 @@ def test_a_person_an_animal_and_a_stone_are_told_apart_by_their_form() -> None:
 
 
 def test_spots_of_sun_tell_no_person_from_an_animal() -> None:
-    """They make fur warmer by as much as skin is warmer than clothes: size alone remains."""
+    """Fur in them is warmer by as much as skin is warmer than clothes: size alone remains."""
     boar = Form(14, 1.1, 0.42, 0.05, 0.14, 13.0, 0.04)
     assert log_ratio(boar) > 2.0, "as if that were skin"
     assert log_ratio(replace(boar, in_sun=1.0)) < 0.0

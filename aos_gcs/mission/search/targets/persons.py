@@ -57,8 +57,8 @@ class PersonWatch:
     """Horizontal places of warm bodies that may be persons, by all that the steps show."""
     frames: int = 0
     """Frames with temperatures so far."""
-    frames_in_sun: int = 0
-    """Those in which the sun warms the ground."""
+    sunny_frames: int = 0
+    """Frames among these in which the sun warms the ground."""
 
     def look(self, frames: Sequence[Frame], plane_height_m: float) -> PersonWatch:
         """Return the watch with what is warm in a step's frames, or stands out where none of them tells temperatures.
@@ -70,8 +70,12 @@ class PersonWatch:
         radiometric = [frame for frame in frames if "thermal" in frame.bands and frame.image.dtype.kind == "f"]
         plain = [] if radiometric else [frame for frame in frames if can_stand_out(frame)]
         warm = [warm_view(frame, plane_height_m) for frame in radiometric]
-        frames, in_sun = self.frames + len(warm), self.frames_in_sun + sum(view.in_sun for view in warm)
-        watch = replace(self, plane_height_m=plane_height_m, frames=frames, frames_in_sun=in_sun)
+        watch = replace(
+            self,
+            plane_height_m=plane_height_m,
+            frames=self.frames + len(warm),
+            sunny_frames=self.sunny_frames + sum(view.in_sun for view in warm),
+        )
         seen = (
             *(replace(view, in_sun=watch.is_sunny) for view in warm),
             *(relative_view(frame, plane_height_m) for frame in plain),
@@ -81,7 +85,7 @@ class PersonWatch:
     @property
     def is_sunny(self) -> bool:
         """Whether the sun warms spots of clothes and fur, too."""
-        return self.frames_in_sun > _SUNNY_SHARE * self.frames
+        return self.sunny_frames > _SUNNY_SHARE * self.frames
 
     def without_steps(self) -> PersonWatch:
         """Return the watch without what was seen; the lines of sight stay: a body that has moved drops its own."""
@@ -93,7 +97,7 @@ class PersonWatch:
             self._steps_on(plane_height_m),
             plane_height_m=plane_height_m,
             frames=self.frames,
-            frames_in_sun=self.frames_in_sun,
+            sunny_frames=self.sunny_frames,
         )
 
     def _steps_on(self, plane_height_m: float) -> tuple[tuple[WarmView, ...], ...]:
