@@ -239,7 +239,7 @@ def test_operators_are_told_once_that_more_looks_make_an_announced_person_unlike
         follower.observe(seen(5.0, 20.0))
         claims.announce()
     announced, doubted = journal.texts
-    assert announced.startswith("Possible person (90 %) at 5.0 m east, 20.0 m north")
+    assert announced.startswith("Possible person (96 %) at 5.0 m east, 20.0 m north")
     assert doubted.startswith("Possible person (")
     assert doubted.endswith("More looks make a person unlikely: judge it in Decide")
     assert journal.track_ids[0] == journal.track_ids[1]
@@ -294,8 +294,12 @@ def looked_at(probability: float, *, findings: Findings) -> tuple[Claims, Notice
     return claims, journal, follower
 
 
-@pytest.mark.parametrize(("probability", "is_announced"), [(0.34, False), (0.36, True), (0.59, True)])
-def test_what_a_look_leaves_undecided_is_announced_when_the_search_ends(probability: float, is_announced: bool) -> None:
+@pytest.mark.parametrize(
+    ("probability", "percent", "is_announced"), [(0.34, 34, False), (0.36, 36, True), (0.59, 63, True)]
+)
+def test_what_a_look_leaves_undecided_is_announced_when_the_search_ends(
+    probability: float, percent: int, is_announced: bool
+) -> None:
     """Eight of eleven persons missed in 210 missions were left with 35 to 60 %, and two other bodies."""
     findings = Findings()
     claims, journal, follower = looked_at(probability, findings=findings)
@@ -305,7 +309,7 @@ def test_what_a_look_leaves_undecided_is_announced_when_the_search_ends(probabil
     claims.announce_at_last()
     assert len(findings.persons()) == len(journal.texts[told:]) == is_announced
     if is_announced:
-        assert journal.texts[-1].startswith(f"Possible person ({100 * probability:.0f} %) at 5.0 m east, 20.0 m north")
+        assert journal.texts[-1].startswith(f"Possible person ({percent} %) at 5.0 m east, 20.0 m north")
         assert journal.texts[-1].endswith("Undecided when the search ended")
         (estimate,) = follower.tracker.estimates()
         assert (journal.track_ids[-1], estimate.kind) == (estimate.track_id, FindingKind.PERSON)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from aos_gcs.geometry.geodesy import EnuPoint
 from aos_gcs.imaging.geolocation import Geolocation, locate_together
 from aos_gcs.imaging.model import FocalGrid, StepAnalysis
-from aos_gcs.imaging.persons.decision import AT_ONCE, CLAIMED, DECISION, FORM_TOLD, FindingKind, Verdict, telling
+from aos_gcs.imaging.persons.decision import CLAIMED, DECISION, FORM_TOLD, FindingKind, Verdict, telling
 from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.mission.model.findings import ErrorEllipse, TargetEstimate
 from aos_gcs.mission.search.targets.persons import Judgement
@@ -245,7 +245,7 @@ class TargetTracker:
         """
         latest, verdict = list(self._seen.get(track_id, ())), self.verdict(track_id)
         if verdict is not None and verdict.kind is FindingKind.PERSON:
-            if (verdict.probability or 0.0) < AT_ONCE or not self._is_looked_at_enough(track_id):
+            if not verdict.is_sure or not self._is_looked_at_enough(track_id):
                 return False
             if self._stays_warm(track_id):
                 return True
