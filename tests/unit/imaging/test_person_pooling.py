@@ -58,7 +58,7 @@ def test_half_a_chance_in_all_looks_is_undecided() -> None:
 
 
 def test_a_person_is_stated_the_surer_the_more_looks_there_are_and_announced_by_the_mean_of_them() -> None:
-    """Of bodies without skin that looks took for persons with 80 to 90 % in the mean all were."""
+    """All bodies without skin that looks took for persons with 80 to 90 % in the mean were persons."""
     stated = [pooled([look(0.8)] * looks).probability or 0.0 for looks in (1, 2, 4, 20)]
     assert stated[0] == pytest.approx(0.8)
     assert stated[0] < stated[1] < stated[2] == stated[3] < 0.95
