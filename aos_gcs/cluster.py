@@ -3,14 +3,28 @@
 from __future__ import annotations
 
 import logging
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from aos_gcs.errors import LinkError
+from aos_gcs.errors import ConfigurationError, LinkError
 from aos_gcs.extras import load_extra
 
 CONNECT_TIMEOUT_S = 5.0
+MAX_JOBS = 2 * (os.cpu_count() or 1)
+"""Most processes that a command starts to compute: more than two per core wait for one another and take memory."""
+
+
+def check_jobs(jobs: int | None) -> int | None:
+    """Return the value of ``--jobs`` as it is, or None.
+
+    Raises:
+        ConfigurationError: this machine cannot bear so many processes, or it is no number of processes.
+    """
+    if jobs is not None and not 1 <= jobs <= MAX_JOBS:
+        raise ConfigurationError(f"--jobs must lie within 1 and {MAX_JOBS}, two per core, but is {jobs}.")
+    return jobs
 
 
 @contextmanager

@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from aos_gcs.cli.output import progress
-from aos_gcs.cluster import remote_cluster
+from aos_gcs.cluster import check_jobs, remote_cluster
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.imaging.trimmed import MEDIAN
 from aos_gcs.surveys.cluster import integrate_on_cluster
@@ -61,6 +61,7 @@ Jobs = Annotated[
     typer.Option(
         metavar="N",
         help="Number of processes that compute the tiles of a map, one thread each; by default one, on all cores.",
+        callback=check_jobs,
         rich_help_panel=PANEL,
     ),
 ]
@@ -100,8 +101,6 @@ class WorkOptions:
             raise ConfigurationError(f"--max-memory must be at least {MIN_MEMORY_MB} MB, got {self.max_memory_mb}.")
         if self.jobs is not None and self.scheduler is not None:
             raise ConfigurationError("--jobs and --scheduler exclude each other: a scheduler has workers of its own.")
-        if self.jobs is not None and self.jobs < 1:
-            raise ConfigurationError(f"--jobs must be at least 1, got {self.jobs}.")
 
     def check_map(self, ortho: float | None) -> None:
         """Refuse to divide a view among processes.

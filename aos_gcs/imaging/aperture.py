@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 from aos_gcs.errors import ConfigurationError
 
+MAX_DRONES = 250
 DISC_PACKING = math.pi / math.sqrt(12.0)
 """Share of an area that equal discs in the densest packing cover."""
 
@@ -163,8 +164,10 @@ def plan_aperture(
     _check_forest(altitude_m, canopy_height_m, crown_base_m, layer_spacing_m)
     needed = max(2, samples_for(occlusion, saturation))
     count = needed if drones is None else drones
-    if count < 1:
-        raise ConfigurationError(f"drones must be 1 or more, got {count}.")
+    if not 1 <= count <= MAX_DRONES:
+        raise ConfigurationError(
+            f"A mission has 1 to {MAX_DRONES} drones, got {count}: give another number, or a lower saturation."
+        )
     layers_m = tuple(altitude_m + layer_spacing_m * layer for layer in range(count))
     occluder_height_m = (crown_base_m + canopy_height_m) / 2.0
     spacing_m = smallest_spacing_m(layers_m[-1], occluder_height_m, occluder_size_m)
@@ -219,6 +222,7 @@ def _aperture_reason(packed_m: float, line_m: float, view_m: float, in_view: int
 
 
 def _check_forest(altitude_m: float, canopy_height_m: float, crown_base_m: float, layer_spacing_m: float) -> None:
+    _require_positive("altitude_m", altitude_m)
     if not 0.0 <= crown_base_m < canopy_height_m:
         raise ConfigurationError(
             f"crown_base_m must be at least 0 and below canopy_height_m ({canopy_height_m:g}), got {crown_base_m:g}."
@@ -227,8 +231,8 @@ def _check_forest(altitude_m: float, canopy_height_m: float, crown_base_m: float
         raise ConfigurationError(
             f"altitude_m must be above the tree tops ({canopy_height_m:g} m), got {altitude_m:g}: fly higher."
         )
-    if not layer_spacing_m >= 0.0:
-        raise ConfigurationError(f"layer_spacing_m must not be negative, got {layer_spacing_m}.")
+    if not 0.0 <= layer_spacing_m < math.inf:
+        raise ConfigurationError(f"layer_spacing_m must be a finite number not below 0, but is {layer_spacing_m}.")
 
 
 def _require_positive(name: str, value: float) -> None:

@@ -15,7 +15,7 @@ from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.groundmap.detection import Posture
 from aos_gcs.imaging.model import LeaderCriterion
-from aos_gcs.lab.worlds import ErrorGrade, ForestType, TerrainShape
+from aos_gcs.lab.worlds import MAX_TREES_PER_HA, ErrorGrade, ForestType, TerrainShape
 
 TREE_TOP_M = 18.0
 """No forest of the laboratory grows higher."""
@@ -110,7 +110,7 @@ class Scenario:
 
 
 _RANGES = (
-    ("trees_per_ha", 0.0, 2000.0),
+    ("trees_per_ha", 0.0, MAX_TREES_PER_HA),
     ("forest_side_m", 40.0, 300.0),
     ("target_speed_mps", 0.0, 10.0),
     ("drones", 2, 100),

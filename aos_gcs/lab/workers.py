@@ -10,13 +10,11 @@ from typing import Any, TypeVar
 
 import pyarrow as pa
 
-from aos_gcs.cluster import load_distributed, local_cluster, remote_cluster
-from aos_gcs.errors import ConfigurationError, LinkError
+from aos_gcs.cluster import check_jobs, load_distributed, local_cluster, remote_cluster
+from aos_gcs.errors import LinkError
 from aos_gcs.lab.campaign import run_initialisation
 from aos_gcs.lab.initialisation import Initialisation
 from aos_gcs.lab.results import ResultFolder
-
-MAX_JOBS = 256
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -51,8 +49,7 @@ def compute_each(
     work: Callable[[Item], Result], items: tuple[Item, ...], *, jobs: int = 1, scheduler: str | None = None
 ) -> Iterator[tuple[Item, Result]]:
     """Go through items with their results, as they are ready; arguments and errors as of :func:`compute`."""
-    if not 1 <= jobs <= MAX_JOBS:
-        raise ConfigurationError(f"jobs must lie within 1 and {MAX_JOBS}, but is {jobs}.")
+    check_jobs(jobs)
     if scheduler is not None:
         yield from _on_cluster(work, items, remote_cluster(scheduler))
     elif min(jobs, len(items)) > 1:

@@ -20,6 +20,8 @@ from aos_gcs.groundmap.detection import Posture
 from aos_gcs.lab.simulator import simulator_part
 
 GROUP = "aos_gcs.worlds"
+MAX_TREES_PER_HA = 2000.0
+"""Greatest density of a forest that the simulator builds."""
 
 
 class ForestType(StrEnum):

@@ -15,6 +15,7 @@ import rasterio
 from numpy.typing import NDArray
 from rasterio.warp import transform
 
+from aos_gcs.cluster import MAX_JOBS
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.distortion import LensDistortion, LensModel
 from aos_gcs.geometry.geodesy import LocalFrame
@@ -194,7 +195,8 @@ BAD_OPTIONS: dict[str, tuple[tuple[object, ...], str]] = {
     "pictures of no table": (("--ortho", 1, "--thumbnails", "rows"), "--thumbnails shows the rows of a table"),
     "trim": (("--ortho", 1, "--trim", 0.6), "--trim must lie between 0 and 0.5"),
     "memory": (("--ortho", 1, "--max-memory", 1), "--max-memory must be at least 50 MB"),
-    "jobs": (("--ortho", 1, "--jobs", 0), "--jobs must be at least 1"),
+    "jobs": (("--ortho", 1, "--jobs", 0), f"--jobs must lie within 1 and {MAX_JOBS}"),
+    "too many jobs": (("--ortho", 1, "--jobs", 100000), f"--jobs must lie within 1 and {MAX_JOBS}"),
     "jobs of a view": (("--view", 0, "--out", "v.npy", "--jobs", 2), "--jobs divides the tiles of a map"),
     "jobs and scheduler": (("--ortho", 1, "--jobs", 1, "--scheduler", "tcp://h:1"), "--jobs and --scheduler exclude"),
     "scheduler": (("--ortho", 1, "--scheduler", unreachable()), r"scheduler tcp://127\.0\.0\.1:\d+ cannot be reached"),

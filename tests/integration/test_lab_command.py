@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from aos_gcs.cluster import MAX_JOBS
 from aos_gcs.lab.results import open_results
 from tests.fakes.command_line import exit_status
 
@@ -64,7 +65,7 @@ def test_the_papers_initialisations_can_be_named(
         (("--initialisations", "0"), "number of initialisations must lie within"),
         (("--initialisations", "some.toml"), "Cannot read the initialisations some.toml"),
         (("--scenario", "absent.toml"), "Cannot read the scenario absent.toml"),
-        (("--jobs", "0"), "jobs must lie within"),
+        (("--jobs", "0"), f"--jobs must lie within 1 and {MAX_JOBS}"),
         (("--scheduler", "tcp://127.0.0.1:9"), "scheduler tcp://127.0.0.1:9 cannot be reached"),
     ],
 )
@@ -95,3 +96,23 @@ def test_the_forest_is_calibrated_by_what_views_see(capsys: pytest.CaptureFixtur
     assert "1.000 +- 0.000" in capsys.readouterr().out
     assert code_of("calibrate", "--densities", "many") == 2
     assert "--densities must be numbers" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("densities", ["300,5000", "-1", "nan", "300,300"])
+@pytest.mark.parametrize("study", ["missions", "search", "effectiveness", "detectability"])
+def test_densities_that_cannot_be_built_are_refused_before_anything_is_made(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], study: str, densities: str
+) -> None:
+    assert code_of(study, "--densities", densities, "--out", tmp_path / "study") == 2
+    assert "--densities must " in capsys.readouterr().err
+    assert not (tmp_path / "study").exists()
+
+
+@pytest.mark.parametrize("study", ["run", "missions", "search", "effectiveness", "detectability", "reproduce"])
+def test_more_processes_than_the_machine_bears_are_refused_before_anything_is_made(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], study: str
+) -> None:
+    strategies = ("--strategies", "aos-pso") if study == "run" else ()
+    assert code_of(study, *strategies, "--jobs", 100000, "--out", tmp_path / "study") == 2
+    assert f"--jobs must lie within 1 and {MAX_JOBS}, two per core, but is 100000" in capsys.readouterr().err
+    assert not (tmp_path / "study").exists()

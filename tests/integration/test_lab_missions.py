@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from aos_gcs.airspace.limits import UNLIMITED
+from aos_gcs.cluster import MAX_JOBS
 from aos_gcs.lab.flights import FlightParameters, build_flight
 from aos_gcs.lab.missions.store import MISSIONS_FILE
 from aos_gcs.planning.legs import ScanLeg
@@ -107,7 +108,7 @@ def test_the_coordinator_flies_legs_that_are_given() -> None:
         (("--search", "hovering"), "--search must be one of continuous, stops, split, got 'hovering'"),
         (("--missions", "0", "--no-person", "0"), "--seed, --missions and --no-person"),
         (("--legs", "chosen"), "--legs chosen needs --pod"),
-        (("--jobs", "0"), "jobs must lie within 1 and 256"),
+        (("--jobs", "0"), f"--jobs must lie within 1 and {MAX_JOBS}"),
         (("--reference", "nowhere"), "--reference nowhere holds no study of missions"),
         (("--densities", "many"), "--densities must be numbers"),
     ],
@@ -117,3 +118,14 @@ def test_wrong_options_are_named(
 ) -> None:
     assert command("--out", str(tmp_path / "study"), *SMALL, *STUDY, *options) == 2
     assert expected in " ".join(capsys.readouterr().err.split())
+
+
+@pytest.mark.parametrize(
+    "options", [("--conditions", "cool,hail"), ("--errors", "rtk,perfect"), ("--terrain", "slope:900")]
+)
+def test_what_the_simulator_cannot_build_is_refused_before_the_first_mission(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], options: tuple[str, str]
+) -> None:
+    assert command("--out", str(tmp_path / "study"), "--densities", "300", *STUDY, *options) == 2
+    assert options[0][2:] in capsys.readouterr().err
+    assert not (tmp_path / "study").exists()

@@ -13,6 +13,7 @@ from aos_gcs.cli.lab.missions import missions
 from aos_gcs.cli.lab.recordings import recordings
 from aos_gcs.cli.lab.reproduce import reproduce
 from aos_gcs.cli.lab.search import search
+from aos_gcs.cluster import check_jobs
 
 if TYPE_CHECKING:
     from aos_gcs.lab.initialisation import Initialisation
@@ -57,7 +58,7 @@ def run(
     oracle: Annotated[
         bool, typer.Option("--oracle", help="Also compute the best positions, with full knowledge of the forest.")
     ] = False,
-    jobs: Annotated[int, typer.Option(help="Number of processes on this machine.")] = 1,
+    jobs: Annotated[int, typer.Option(help="Number of processes on this machine.", callback=check_jobs)] = 1,
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Address of a Dask scheduler, such as tcp://10.0.0.1:8786.")
     ] = None,

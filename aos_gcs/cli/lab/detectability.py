@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from aos_gcs.cli.lab.effectiveness import parse_densities
+from aos_gcs.cluster import check_jobs
 from aos_gcs.process import use_one_opencv_thread
 
 
@@ -21,7 +22,7 @@ def detectability(
     places: Annotated[int, typer.Option(help="Places of persons in each forest.")] = 2,
     views: Annotated[int, typer.Option(help="Frames of each person.")] = 12,
     as_json: Annotated[bool, typer.Option("--json", help="Print the figures as one JSON object.")] = False,
-    jobs: Annotated[int, typer.Option(help="Number of processes on this machine.")] = 1,
+    jobs: Annotated[int, typer.Option(help="Number of processes on this machine.", callback=check_jobs)] = 1,
 ) -> None:
     """Fit the law of detection to persons in simulated forests, and report how far it is from what was observed.
 

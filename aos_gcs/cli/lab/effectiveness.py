@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from aos_gcs.cluster import check_jobs
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.process import use_one_opencv_thread
 
@@ -22,7 +23,7 @@ def effectiveness(
     strategy: Annotated[str, typer.Option(help="Name of the swarm's strategy.")] = "aos-apso",
     vehicles: Annotated[int, typer.Option(help="Number of vehicles.")] = 10,
     image_size: Annotated[int, typer.Option(metavar="PX", help="Edge of the square images.")] = 512,
-    jobs: Annotated[int, typer.Option(help="Number of processes on this machine.")] = 1,
+    jobs: Annotated[int, typer.Option(help="Number of processes on this machine.", callback=check_jobs)] = 1,
     model: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Model of persons (default: the built-in one).")
     ] = None,
@@ -46,10 +47,8 @@ def effectiveness(
     from aos_gcs.lab.effectiveness.study import StudySettings, scene_keys, study_scenes  # noqa: PLC0415
     from aos_gcs.lab.scenes import PositionGrade  # noqa: PLC0415
 
-    if scenes < 1 or jobs < 1 or seed < 0:
-        raise ConfigurationError(
-            f"--scenes and --jobs must be at least 1 and --seed at least 0, but are {scenes}, {jobs} and {seed}."
-        )
+    if scenes < 1 or seed < 0:
+        raise ConfigurationError(f"--scenes must be at least 1 and --seed at least 0, but are {scenes} and {seed}.")
     keys = scene_keys(parse_densities(densities), seed, scenes)
     settings = StudySettings(strategy=strategy, vehicles=vehicles, image_size_px=image_size)
     persons = None if model is None else read_model(model)
@@ -118,9 +117,26 @@ def parse_densities(text: str) -> list[float]:
     """Return the value of ``--densities``, trees per hectare.
 
     Raises:
-        ConfigurationError: the text is not a list of numbers.
+        ConfigurationError: the text is not a list of different numbers that the simulator can build.
+    """
+    from aos_gcs.lab.worlds import MAX_TREES_PER_HA  # noqa: PLC0415 - keeps the other commands' help fast
+
+    densities = parse_numbers("--densities", text)
+    if not all(0.0 <= density <= MAX_TREES_PER_HA for density in densities):
+        raise ConfigurationError(f"--densities must lie within 0 and {MAX_TREES_PER_HA:g}, but is {text}.")
+    return densities
+
+
+def parse_numbers(option: str, text: str) -> list[float]:
+    """Return the value of an option that lists numbers.
+
+    Raises:
+        ConfigurationError: the text is not a list of different finite numbers.
     """
     try:
-        return [float(part) for part in text.split(",")]
+        numbers = [float(part) for part in text.split(",")]
     except ValueError:
-        raise ConfigurationError(f"--densities must be numbers separated by commas, but is {text!r}.") from None
+        numbers = [math.nan]
+    if not all(map(math.isfinite, numbers)) or len(set(numbers)) < len(numbers):
+        raise ConfigurationError(f"{option} must be numbers separated by commas, each once, but is {text!r}.")
+    return numbers

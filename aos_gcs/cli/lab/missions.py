@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from aos_gcs.cli.lab.effectiveness import parse_densities
+from aos_gcs.cluster import check_jobs
 from aos_gcs.process import use_one_opencv_thread
 
 
@@ -110,7 +111,7 @@ def missions(
             "most probability of detection per second, until that of --pod is expected.",
         ),
     ] = "planned",
-    jobs: Annotated[int, typer.Option(help="Number of processes on this machine.")] = 1,
+    jobs: Annotated[int, typer.Option(help="Number of processes on this machine.", callback=check_jobs)] = 1,
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Address of a Dask scheduler, such as tcp://10.0.0.1:8786.")
     ] = None,
@@ -131,7 +132,7 @@ def missions(
     from aos_gcs.lab.missions.report import as_markdown, missions_frame, summarise, write_document  # noqa: PLC0415
     from aos_gcs.lab.missions.store import MissionsFolder, reference_missions  # noqa: PLC0415
     from aos_gcs.lab.workers import compute_each  # noqa: PLC0415
-    from aos_gcs.runtime.simulated.mission_study import fly_mission  # noqa: PLC0415
+    from aos_gcs.runtime.simulated.mission_study import check_flights, fly_mission  # noqa: PLC0415
 
     keys = mission_keys(
         parse_densities(densities),
@@ -160,6 +161,7 @@ def missions(
     # Before hours of work: a document that cannot be renewed, or a reference that does not fit, is refused at once.
     frame = None if document is None else missions_frame(document)
     rival = None if reference is None else reference_missions(reference, settings)
+    check_flights(settings, keys)
     folder = MissionsFolder(out, settings)
     todo = missing(keys, folder.results())
     with progress("Missions", len(todo)) as advance:

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from aos_gcs.cluster import check_jobs
+
 if TYPE_CHECKING:
     from aos_gcs.lab.results import ResultFolder
 
@@ -21,7 +23,7 @@ def reproduce(
         Path | None, typer.Option(metavar="FILE", help="Markdown file to write or renew (default: DIR/results.md).")
     ] = None,
     initialisations: Annotated[int, typer.Option(help="Number of drawn initialisations per study.", min=3)] = 100,
-    jobs: Annotated[int, typer.Option(help="Number of processes on this machine.")] = 1,
+    jobs: Annotated[int, typer.Option(help="Number of processes on this machine.", callback=check_jobs)] = 1,
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Address of a Dask scheduler, such as tcp://10.0.0.1:8786.")
     ] = None,

@@ -8,7 +8,8 @@ from typing import Annotated
 
 import typer
 
-from aos_gcs.cli.lab.effectiveness import parse_densities
+from aos_gcs.cli.lab.effectiveness import parse_densities, parse_numbers
+from aos_gcs.cluster import check_jobs
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.process import use_one_opencv_thread
 
@@ -46,7 +47,7 @@ def search(
     ] = 0,
     seed: Annotated[int, typer.Option(help="Random seed of the first person; the others count up from it.")] = 0,
     as_json: Annotated[bool, typer.Option("--json", help="Print the figures as one JSON object.")] = False,
-    jobs: Annotated[int, typer.Option(help="Number of processes on this machine.")] = 1,
+    jobs: Annotated[int, typer.Option(help="Number of processes on this machine.", callback=check_jobs)] = 1,
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Address of a Dask scheduler, such as tcp://10.0.0.1:8786.")
     ] = None,
@@ -74,9 +75,12 @@ def search(
         for name in given:
             if name not in tuple(known):
                 raise ConfigurationError(f"{option} must be one of {', '.join(known)}, but is {name!r}.")
+    numbers = parse_numbers("--vehicles", vehicles)
+    if not all(map(float.is_integer, numbers)):
+        raise ConfigurationError(f"--vehicles must be whole numbers, but is {vehicles!r}.")
     settings = SearchStudySettings(
-        hectares=tuple(_numbers("--hectares", hectares)),
-        vehicles=tuple(int(number) for number in _numbers("--vehicles", vehicles)),
+        hectares=tuple(parse_numbers("--hectares", hectares)),
+        vehicles=tuple(map(int, numbers)),
         methods=tuple(Method(name) for name in methods.split(",")),
         posture=Posture(posture),
         pod=pod,
@@ -102,10 +106,3 @@ def search(
     if document is not None and frame is not None:
         write_document(document, frame, settings, figures, text)
     typer.echo(json.dumps(asdict(figures)) if as_json else text, nl=as_json)
-
-
-def _numbers(option: str, text: str) -> list[float]:
-    try:
-        return [float(part) for part in text.split(",")]
-    except ValueError:
-        raise ConfigurationError(f"{option} must be numbers separated by commas, but is {text!r}.") from None

@@ -84,6 +84,28 @@ def fly_mission(settings: MissionsSettings, key: MissionKey) -> MissionResult:
     return replace(result, predicted=predicted(planned, flight.persons_enu_m, flight.postures, legs))
 
 
+def check_flights(settings: MissionsSettings, keys: Iterable[MissionKey]) -> None:
+    """Have the simulator refuse what it cannot build before the first mission is flown, by worlds without trees.
+
+    Raises:
+        ConfigurationError: no simulator is installed, or it refuses a condition, a grade of errors or the terrain.
+    """
+    for conditions, errors in sorted({(key.conditions, key.errors) for key in keys}):
+        build_flight(
+            FlightParameters(
+                seed=0,
+                vehicles=1,
+                trees_per_ha=0.0,
+                has_person=True,
+                errors=errors,
+                conditions=conditions,
+                side_m=settings.side_m,
+                image_size_px=settings.image_size_px,
+                terrain=settings.terrain,
+            )
+        )
+
+
 @contextmanager
 def _without_notices() -> Iterator[None]:
     """Keep the notices of simulated missions from the log, unless it is to have everything."""

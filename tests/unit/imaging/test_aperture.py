@@ -151,6 +151,10 @@ def test_cameras_beyond_the_footprint_do_not_count() -> None:
         ("saturation", 1.0, "saturation"),
         ("layer_spacing_m", -1.0, "layer_spacing_m"),
         ("drones", 0, "drones"),
+        ("drones", 100_000_000, "A mission has 1 to 250 drones"),
+        ("saturation", 0.9999999, "a lower saturation"),
+        ("altitude_m", math.inf, "altitude_m must be finite"),
+        ("layer_spacing_m", math.inf, "layer_spacing_m must be a finite number"),
         ("fov_rad", math.pi, "field of view"),
     ],
 )

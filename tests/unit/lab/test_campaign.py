@@ -9,6 +9,7 @@ from pathlib import Path
 import pyarrow as pa
 import pytest
 
+from aos_gcs.cluster import MAX_JOBS
 from aos_gcs.errors import AosError, ConfigurationError, InputDataError, LinkError
 from aos_gcs.lab import workers
 from aos_gcs.lab.campaign import Campaign, run_initialisation
@@ -181,6 +182,7 @@ def test_an_unreachable_scheduler_is_named(tmp_path: Path, monkeypatch: pytest.M
         workers.compute(create_results(tmp_path, campaign()), lambda _: None, scheduler=address)
 
 
-def test_the_number_of_jobs_has_bounds(tmp_path: Path) -> None:
-    with pytest.raises(ConfigurationError, match="jobs must lie within"):
-        compute(create_results(tmp_path, campaign()), jobs=0)
+@pytest.mark.parametrize("jobs", [0, MAX_JOBS + 1])
+def test_the_number_of_jobs_has_bounds(tmp_path: Path, jobs: int) -> None:
+    with pytest.raises(ConfigurationError, match=f"--jobs must lie within 1 and {MAX_JOBS}, two per core"):
+        compute(create_results(tmp_path, campaign()), jobs=jobs)

@@ -99,8 +99,10 @@ export const pictures: readonly StationText[] = [
     "crown_base_m must be at least 0 and below canopy_height_m ({height}), got {value}.",
     "crown_base_m muss mindestens 0 und kleiner als canopy_height_m sein ({height}), ist aber {value}.",
   ],
-  ["drones must be 1 or more, got {value}.", "drones muss mindestens 1 sein, ist aber {value}."],
-  ["layer_spacing_m must not be negative, got {value}.", "layer_spacing_m darf nicht negativ sein, ist aber {value}."],
+  [
+    "A mission has 1 to {most} drones, got {value}: give another number, or a lower saturation.",
+    "Eine Mission hat 1 bis {most} Drohnen, nicht {value}: eine andere Zahl oder eine kleinere Sättigung angeben.",
+  ],
   ["samples must be 1 or more, got {value}.", "samples muss mindestens 1 sein, ist aber {value}."],
   [
     "saturation must be at least 0 and below 1, got {value}.",
