@@ -16,7 +16,7 @@ from aos_gcs.cli import survey_options
 from aos_gcs.cli.output import progress
 from aos_gcs.cli.survey_options import CameraOptions, open_survey
 from aos_gcs.errors import ConfigurationError, InputDataError
-from aos_gcs.exports.files import check_apart, check_writable, written_whole
+from aos_gcs.exports.files import check_apart, check_suffix, check_writable, written_whole
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.surveys.conventions import PoseConvention, parse_convention
@@ -151,8 +151,7 @@ def _check_outputs(out: Path | None, poses_out: Path | None, poses: Path | None,
     for option, path in outputs.items():
         if path is not None:
             check_writable(path)
-            if path.suffix.lower() != ".json":
-                raise ConfigurationError(f"{option} {path}: the name must end in .json.")
+            check_suffix(option, path, ".json")
     check_apart(
         [path for path in outputs.values() if path is not None],
         None,

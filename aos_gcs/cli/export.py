@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated
 
@@ -43,36 +44,41 @@ def export(
 ) -> None:
     """Write a mission or a survey in the formats of other programs.
 
-    The mission may be finished, interrupted or in flight.
+    The mission may be finished, interrupted or in flight. Where one result cannot be made, none is written.
     """
     # Frames are analysed with NumPy and OpenCV, which the other commands' help should not wait for.
-    from aos_gcs.exports.files import check_apart, check_folder, check_writable, written_whole  # noqa: PLC0415
+    from aos_gcs.exports.files import check_apart, check_new_folder, check_writable, written_whole  # noqa: PLC0415
     from aos_gcs.runtime.recorded.adiat import write_adiat  # noqa: PLC0415
     from aos_gcs.runtime.recorded.finding_export import encode_findings  # noqa: PLC0415
 
     if adiat is None and findings is None and wall is None:
         raise ConfigurationError("Nothing to write: give --adiat DIR, --findings FILE or --wall FILE.")
     chosen = _tiles(tiles, wall)
-    if findings is not None:
-        check_writable(findings)
-        check_apart([findings], None, mission_dir.glob("*"))
-        text = encode_findings(mission_dir, findings.suffix)
-        with written_whole(findings) as file:
-            file.write(text.encode())
-        typer.echo(f"findings: {findings}")
+    files = [path for path in (findings, wall) if path is not None]
+    for path in files:
+        check_writable(path)
+    check_apart(files, None, mission_dir.glob("*"))
     if adiat is not None:
-        check_folder(adiat)
-        written = write_adiat(mission_dir, adiat)
-        typer.echo(f"{written.frames} frames, {written.integrals} integrals, {written.findings} findings: {adiat}")
-    if wall is not None:
-        from aos_gcs.runtime.wall.video import write_wall_video  # noqa: PLC0415 - heavy, only for videos
+        check_new_folder(adiat)
+        if adiat.resolve() in {path.resolve().parent for path in files}:
+            raise ConfigurationError(f"Cannot write {adiat}: another result lies in it; give each its own place.")
+    said: list[str] = []
+    with ExitStack() as results:  # all of them take their places when the last one is made, or none does
+        if findings is not None:
+            text = encode_findings(mission_dir, findings.suffix)
+            results.enter_context(written_whole(findings)).write(text.encode())
+            said.append(f"findings: {findings}")
+        if wall is not None:
+            from aos_gcs.runtime.wall.video import write_wall_video  # noqa: PLC0415 - heavy, only for videos
 
-        check_writable(wall)
-        check_apart([wall], None, mission_dir.glob("*"))
-        with written_whole(wall) as video:
+            video = results.enter_context(written_whole(wall))
             facts = write_wall_video(mission_dir, video, chosen, notation)
-        missing = f", {facts.unreadable} pictures could not be read" if facts.unreadable else ""
-        typer.echo(f"{len(facts.tiles)} tiles, {facts.duration_s:.0f} s{missing}: {wall}")
+            missing = f", {facts.unreadable} pictures could not be read" if facts.unreadable else ""
+            said.append(f"{len(facts.tiles)} tiles, {facts.duration_s:.0f} s{missing}: {wall}")
+        if adiat is not None:
+            made = write_adiat(mission_dir, adiat)
+            said.append(f"{made.frames} frames, {made.integrals} integrals, {made.findings} findings: {adiat}")
+    typer.echo("\n".join(said))
 
 
 def _tiles(names: str, wall: Path | None) -> tuple[TileName, ...]:

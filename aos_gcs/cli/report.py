@@ -34,24 +34,27 @@ def report(
     The mission may be finished, interrupted or in flight. The PDF needs the extra report.
     """
     # What makes the report takes NumPy and OpenCV, which the other commands' help should not wait for.
-    from aos_gcs.exports.files import check_apart, check_writable, written_whole  # noqa: PLC0415
+    from aos_gcs.exports.files import check_apart, check_suffix, check_writable, written_whole  # noqa: PLC0415
     from aos_gcs.runtime.recorded.handover import check_printing, make_flight_log, make_handover  # noqa: PLC0415
 
     options = HandoverOptions(paper, notation, time_zone)
     results = [path for path in (out, flights) if path is not None]
     if not results:
         raise ConfigurationError("Nothing to write: give --out FILE.pdf, --flights FILE.csv, or both.")
-    for path in results:
-        check_writable(path)
     check_apart(results, None, mission_dir.glob("*"))
+    for option, path, suffix in (("--out", out, ".pdf"), ("--flights", flights, ".csv")):
+        if path is not None:
+            check_suffix(option, path, suffix)
+            check_writable(path)
     if out is not None:
         check_printing(options)
+    table = None if flights is None else make_flight_log(mission_dir)
+    if out is not None:
         pdf = make_handover(mission_dir, options, datetime.now(UTC).timestamp())
-        with written_whole(out) as file:
-            file.write(pdf)
+        with written_whole(out) as document:
+            document.write(pdf)
         typer.echo(f"hand-over: {out}")
-    if flights is not None:
-        table = make_flight_log(mission_dir)
-        with written_whole(flights) as file:
-            file.write(table.encode())
+    if flights is not None and table is not None:
+        with written_whole(flights) as log:
+            log.write(table.encode())
         typer.echo(f"flight log: {flights}")

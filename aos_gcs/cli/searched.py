@@ -50,8 +50,9 @@ def searched(
     """
     # Reading a mission takes NumPy and OpenCV, which the other commands' help should not wait for.
     from aos_gcs.errors import ConfigurationError  # noqa: PLC0415
-    from aos_gcs.exports.files import check_apart, check_writable, written_whole  # noqa: PLC0415
+    from aos_gcs.exports.files import check_apart, check_suffix, check_writable, written_whole  # noqa: PLC0415
     from aos_gcs.exports.ground_files import gaps_geojson, write_forest_floor, write_ground_raster  # noqa: PLC0415
+    from aos_gcs.extras import load_extra  # noqa: PLC0415
     from aos_gcs.groundmap.detection import Posture  # noqa: PLC0415
     from aos_gcs.groundmap.ground_map import read_map  # noqa: PLC0415
     from aos_gcs.runtime.recorded.searched_ground import figures_of, read_searched_ground  # noqa: PLC0415
@@ -62,18 +63,28 @@ def searched(
     if not 0.0 < below <= 1.0:
         raise ConfigurationError(f"--below must be above 0 and at most 1, got {below:g}.")
     results = [path for path in (raster, gaps, floor) if path is not None]
-    for path in results:
-        check_writable(path)
     check_apart(results, None, mission_dir.rglob("*"))
+    tiff = (".tif", ".tiff")
+    for option, path, suffixes in (
+        ("--raster", raster, tiff),
+        ("--gaps", gaps, (".geojson", ".json")),
+        ("--floor", floor, tiff),
+    ):
+        if path is not None:
+            check_suffix(option, path, *suffixes)
+            check_writable(path)
+    if raster is not None or floor is not None:
+        load_extra("rasterio", "geo", "Writing a GeoTIFF")
     ground = read_searched_ground(mission_dir)
-    if gaps is not None:
-        text = gaps_geojson(ground, Posture(posture), below)
-        with written_whole(gaps) as file:
-            file.write(text.encode())
-    if raster is not None:
-        write_ground_raster(raster, ground)
+    # What can be refused comes before the first file.
+    text = "" if gaps is None else gaps_geojson(ground, Posture(posture), below)
     if floor is not None:
         write_forest_floor(floor, read_map(mission_dir / GROUND_NAME))
+    if raster is not None:
+        write_ground_raster(raster, ground)
+    if gaps is not None:
+        with written_whole(gaps) as file:
+            file.write(text.encode())
     figures = figures_of(ground)
     if as_json:
         typer.echo(json.dumps(dataclasses.asdict(figures)))

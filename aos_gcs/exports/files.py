@@ -19,9 +19,36 @@ def check_writable(path: Path) -> None:
     Raises:
         ConfigurationError: naming the path and what is wrong with it.
     """
-    folder = path.absolute().parent
     if path.is_dir():
         raise ConfigurationError(f"Cannot write {path}: it is a folder; name a file in it.")
+    _check_parent(path)
+
+
+def check_suffix(option: str, path: Path, *suffixes: str) -> None:
+    """Refuse a name that ends like a file of another kind.
+
+    Raises:
+        ConfigurationError: naming the option, the file and the endings that fit.
+    """
+    if path.suffix.lower() not in suffixes:
+        raise ConfigurationError(f"{option} {path}: the name must end in {' or '.join(suffixes)}.")
+
+
+def check_new_folder(folder: Path) -> None:
+    """Refuse a folder for :func:`folder_whole` before long work is done for it.
+
+    Raises:
+        ConfigurationError: if there is something in it already, or it cannot be made; the text names it.
+    """
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise ConfigurationError(
+            f"Cannot write {folder}: it exists and is not empty; name a folder that does not exist."
+        )
+    _check_parent(folder)
+
+
+def _check_parent(path: Path) -> None:
+    folder = path.absolute().parent
     if not folder.is_dir():
         raise ConfigurationError(f"Cannot write {path}: the folder {folder} does not exist; create it first.")
     if not os.access(folder, os.W_OK):
@@ -52,6 +79,9 @@ def check_apart(results: Iterable[Path], folder: Path | None, inputs: Iterable[P
     Raises:
         ConfigurationError: naming the file or folder.
     """
+    results = list(results)
+    if twice := [path for path in results if sum(path.resolve() == one.resolve() for one in results) > 1]:
+        raise ConfigurationError(f"Cannot write {twice[0]}: it is named for two results; give each its own file.")
     read = {path.resolve() for path in inputs}
     for path in results:
         if path.resolve() in read:
@@ -107,10 +137,7 @@ def folder_whole(folder: Path) -> Iterator[Path]:
     Raises:
         ConfigurationError: if there is something in ``folder`` already, or it cannot be written; the text names it.
     """
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise ConfigurationError(
-            f"Cannot write {folder}: it exists and is not empty; name a folder that does not exist."
-        )
+    check_new_folder(folder)
     try:
         temporary = Path(tempfile.mkdtemp(dir=folder.absolute().parent, prefix=f".{folder.name}."))
         try:

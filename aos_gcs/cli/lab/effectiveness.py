@@ -88,7 +88,7 @@ def fit_person(
     Judge it on scenes of other seeds: aos-gcs lab effectiveness --model FILE --seed N.
     """
     from aos_gcs.clock import today_utc  # noqa: PLC0415 - keeps the other commands' help fast
-    from aos_gcs.exports.files import check_writable  # noqa: PLC0415
+    from aos_gcs.exports.files import check_suffix, check_writable  # noqa: PLC0415
     from aos_gcs.imaging.persons.classifier import fit_person_model, write_model  # noqa: PLC0415
     from aos_gcs.lab.effectiveness.report import (  # noqa: PLC0415
         as_markdown,
@@ -103,6 +103,7 @@ def fit_person(
         raise ConfigurationError(f"--folds must be 0 or at least 2, but is {folds}.")
     if not (math.isfinite(odds) and odds > 0.0):
         raise ConfigurationError(f"--odds must be above 0, but is {odds:g}.")
+    check_suffix("--out", out, ".json")
     check_writable(out)
     results = [result for folder in study for result in read_results(folder)]
     evidence, is_person = labelled_bodies(results)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 from dataclasses import replace
 from functools import partial
@@ -239,3 +240,23 @@ async def test_the_interface_offers_the_same_files(tmp_path: Path) -> None:
         assert raster.content[:2] == b"II"
         assert (await client.get("/api/ground.geojson", params={"below": 0.0})).status_code == 422
         assert (await client.get("/api/ground.png")).status_code == 422
+
+
+@pytest.mark.parametrize(
+    ("options", "reason"),
+    [
+        (("--raster", "pod.tif", "--gaps", "gaps.geojson"), "no section [forest]"),
+        (("--raster", "pod.png"), "--raster pod.png: the name must end in .tif"),
+        (("--raster", "pod.tif", "--gaps", "gaps.kml"), "--gaps gaps.kml: the name must end in .geojson"),
+        (("--raster", "one.tif", "--floor", "one.tif"), "named for two results"),
+    ],
+)
+def test_where_one_result_is_refused_none_is_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], options: tuple[str, ...], reason: str
+) -> None:
+    folder = recorded(tmp_path / "m", None)
+    (tmp_path / "out").mkdir()
+    with contextlib.chdir(tmp_path / "out"):
+        assert run("searched", folder, *options) == 2
+    assert reason in capsys.readouterr().err
+    assert not list((tmp_path / "out").iterdir())

@@ -232,6 +232,10 @@ def test_findings_are_written_as_files(folder: Path, tmp_path: Path, suffix: str
         (lambda _: [], "Nothing to write"),
         (lambda path: ["--findings", path / "findings.shp"], "--findings: .shp is not among"),
         (lambda path: ["--adiat", path / "missing" / "file" / "x"], "Cannot write"),
+        (lambda path: ["--findings", path / "f.kml", "--adiat", "/proc"], "is not empty"),
+        (lambda path: ["--findings", path / "f.kml", "--wall", path / "missing" / "w.mp4"], "does not exist"),
+        (lambda path: ["--findings", path / "f.kml", "--wall", path / "w.mp4", "--tiles", "77.thermal"], "77.thermal"),
+        (lambda path: ["--findings", path / "w.mp4", "--wall", path / "w.mp4"], "named for two results"),
     ],
 )
 def test_what_cannot_be_written_is_refused(
@@ -243,4 +247,23 @@ def test_what_cannot_be_written_is_refused(
 ) -> None:
     assert run(folder, *arguments(tmp_path)) == 2
     assert reason in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_folder_for_adiat_that_holds_another_result_is_refused(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(folder, "--adiat", tmp_path, "--findings", tmp_path / "findings.kml") == 2
+    assert "another result lies in it" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+def test_where_the_last_result_cannot_be_made_none_is_written(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(_path: Path, _content: bytes) -> int:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    assert run(folder, "--findings", tmp_path / "findings.kml", "--adiat", tmp_path / "out") == 2
     assert not list(tmp_path.iterdir())

@@ -279,6 +279,9 @@ def test_a_full_disk_leaves_the_former_document(
         ([], "Nothing to write"),
         (["--out", "/nowhere/handover.pdf"], "does not exist"),
         (["--out", "h.pdf", "--time-zone", "Mars"], "time_zone: 'Mars'"),
+        (["--out", "r.txt"], "--out r.txt: the name must end in .pdf"),
+        (["--out", "h.pdf", "--flights", "f.pdf"], "--flights f.pdf: the name must end in .csv"),
+        (["--out", "h.pdf", "--flights", "h.pdf"], "named for two results"),
     ],
 )
 def test_what_cannot_be_printed_is_refused(
