@@ -4,11 +4,36 @@ from __future__ import annotations
 
 import math
 import unicodedata
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import Any, Final
 
 from aos_gcs.errors import InputDataError
 
 _MAX_SHOWN = 100
+_PROBLEMS: Final = {
+    "missing": "is missing",
+    "extra_forbidden": "is unknown; check its name",
+    "greater_than_equal": "must be at least {ge}",
+    "greater_than": "must be above {gt}",
+    "less_than_equal": "must be at most {le}",
+    "less_than": "must be below {lt}",
+    "finite_number": "must be a finite number",
+    "enum": "must be {expected}",
+    "literal_error": "must be {expected}",
+    "string_too_short": "must have {min_length} characters or more",
+    "string_too_long": "must have {max_length} characters at most",
+    "too_short": "must have {min_length} entries or more, but has {actual_length}",
+    "too_long": "must have {max_length} entries at most",
+    "json_invalid": "is no JSON",
+    **dict.fromkeys(("int_type", "int_parsing", "int_from_float"), "must be a whole number"),
+    **dict.fromkeys(("float_type", "float_parsing"), "must be a number"),
+    **dict.fromkeys(("bool_type", "bool_parsing"), "must be true or false"),
+    **dict.fromkeys(("list_type", "tuple_type"), "must be a list"),
+    **dict.fromkeys(("dict_type", "model_type", "model_attributes_type", "dataclass_type"), "must be a table"),
+    "string_type": "must be text",
+}
+"""Types of pydantic's errors in the words of this program."""
 
 
 def finite_number(value: object) -> float | None:
@@ -69,3 +94,24 @@ def require_folder(path: Path, name: str) -> None:
             if path.exists()
             else f"{name} does not exist; check the path."
         )
+
+
+def problem_texts(errors: Iterable[Mapping[str, Any]], whole: str, place: str = "") -> list[str]:
+    """Return what is wrong with a document as sentences without a full stop, each with the field and the remedy.
+
+    Args:
+        errors: errors as pydantic lists them.
+        whole: name of the document, where a problem is none of a single field.
+        place: field that holds the document.
+    """
+    texts = []
+    for error in errors:
+        parts = [f"[{part}]" if isinstance(part, int) else f".{part}" for part in error["loc"]]
+        field = "".join((place, *parts)).removeprefix(".") or whole
+        words = _PROBLEMS.get(error["type"])
+        if words is None:
+            texts.append(f"{field}: {error['msg'].removeprefix('Value error, ').removesuffix('.')}")
+        else:
+            numbers = {name: f"{value:.15g}" for name, value in error.get("ctx", {}).items() if finite_number(value) is not None}
+            texts.append(f"{field} {words.format_map(error.get('ctx', {}) | numbers)}")
+    return texts

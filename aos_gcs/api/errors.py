@@ -21,6 +21,7 @@ from aos_gcs.api.access.operators import (
 from aos_gcs.api.access.plan_check_turns import TooManyChecksError
 from aos_gcs.api.models.base import ErrorModel
 from aos_gcs.errors import AosError, CommandError, ConfigurationError, InputDataError, LinkError, MissionError
+from aos_gcs.input_values import problem_texts
 from aos_gcs.mission.command_order import OutdatedError
 from aos_gcs.mission.viewing import ViewerBusyError
 from aos_gcs.store.plan_folder import PlanChangedError
@@ -74,11 +75,9 @@ def status_and_id(error: AosError) -> tuple[int, str]:
 
 
 def _describe(error: RequestValidationError) -> str:
-    problems = []
-    for item in error.errors():
-        place = ".".join(str(part) for part in item["loc"] if part != "body") or "the body"
-        problems.append(f"{place}: {item['msg']}")
-    return "Invalid request: " + "; ".join(problems) + "."
+    # The place of an error in JSON that cannot be read is an offset, and none of a field.
+    fields = [item | {"loc": () if item["type"] == "json_invalid" else item["loc"][1:]} for item in error.errors()]
+    return f"Invalid request: {'; '.join(problem_texts(fields, 'the body'))}."
 
 
 def add_error_handlers(app: FastAPI) -> None:

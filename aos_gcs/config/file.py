@@ -9,9 +9,10 @@ from typing import Any
 
 import pydantic
 
+from aos_gcs.config.exact import require_exact
 from aos_gcs.config.model import ServiceConfig
-from aos_gcs.config.numbers import require_numbers
 from aos_gcs.errors import ConfigurationError
+from aos_gcs.input_values import problem_texts
 
 
 def read_config(path: Path) -> ServiceConfig:
@@ -36,7 +37,7 @@ def parse_config(table: Mapping[str, Any], source: str = "configuration") -> Ser
         ConfigurationError: it is not valid; the text names the field.
     """
     try:
-        require_numbers(ServiceConfig, table, "")
+        require_exact(ServiceConfig, table, "")
         return ServiceConfig.model_validate(table)
     except ConfigurationError as error:
         raise ConfigurationError(f"{source}: {error}") from error
@@ -44,10 +45,8 @@ def parse_config(table: Mapping[str, Any], source: str = "configuration") -> Ser
         raise ConfigurationError(f"{source}: {first_problem(error)}") from error
 
 
-def first_problem(error: pydantic.ValidationError) -> str:
-    """Return 'field: what is wrong' of the first of the problems, and how many there are."""
-    problems = error.errors(include_url=False, include_context=False)
-    first = problems[0]
-    field = ".".join(str(part) for part in first["loc"])
+def first_problem(error: pydantic.ValidationError, place: str = "") -> str:
+    """Return what is wrong first, with its field, and how many problems there are."""
+    problems = problem_texts(error.errors(include_url=False), "The configuration", place)
     more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
-    return f"{field}: {first['msg']}{more}."
+    return f"{problems[0]}{more}."

@@ -13,9 +13,9 @@ from pydantic import TypeAdapter
 
 from aos_gcs.airspace.limits import UNLIMITED, SafetyOverrides
 from aos_gcs.airspace.polygon import as_polygon
+from aos_gcs.config.exact import require_exact
 from aos_gcs.config.file import first_problem
 from aos_gcs.config.model import LatLonDeg, MissionConfig, PreflightConfig, ServiceConfig
-from aos_gcs.config.numbers import require_numbers
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.geometry.heights import AmslM
@@ -374,10 +374,10 @@ def _adapter(expected: type[Any]) -> TypeAdapter[Any]:
 
 def _validate(expected: type[SettingsT], place: str, value: object) -> SettingsT:
     """Return the value with its types checked by pydantic, and its ranges by the settings dataclass itself."""
-    require_numbers(expected, value, place)
+    require_exact(expected, value, place)
     try:
         return cast("SettingsT", _adapter(cast("Hashable", expected)).validate_python(value))
     except pydantic.ValidationError as error:
-        raise ConfigurationError(f"{place}.{first_problem(error)}") from error
+        raise ConfigurationError(first_problem(error, place)) from error
     except ConfigurationError as error:
         raise ConfigurationError(f"{place}: {error}") from error

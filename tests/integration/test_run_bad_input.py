@@ -174,7 +174,7 @@ def test_invalid_toml(tmp_path: Path, refusal) -> None:
         ("[safety]\nfloor_m = 36", "the altitude layers, 35 to 37.5 m, must lie between floor_m and ceiling_m"),
         ("[safety]\nceiling_m = 36", "the altitude layers, 35 to 37.5 m, must lie between floor_m and ceiling_m"),
         ("[safety]\nfence_deg = [[48, 14], [48, 15], [49, 15]]", "safety.fence_deg needs mission.origin_deg"),
-        ("[safety]\nfence_deg = [[48, 214]]", "safety.fence_deg.0.1"),
+        ("[safety]\nfence_deg = [[48, 214]]", "safety.fence_deg[0][1] must be at most 180"),
         ("[link.options]\nbaud = 9600", "link.options.baud is unknown"),
     ],
 )

@@ -18,6 +18,7 @@ from aos_gcs.api.access.operator_file import digest
 from aos_gcs.api.access.passwords import check_password, hash_password
 from aos_gcs.api.access.roles import Role
 from aos_gcs.errors import AosError, ConfigurationError, InputDataError
+from aos_gcs.input_values import problem_texts
 
 MAX_ACCOUNTS: Final = 200
 MAX_INVITATIONS: Final = 50
@@ -232,9 +233,8 @@ class AccountFile:
         except OSError as error:
             raise ConfigurationError(f"The accounts cannot be read from {self.path}: {error}.") from error
         except ValidationError as error:
-            where = ".".join(map(str, error.errors()[0]["loc"]))
             raise ConfigurationError(
-                f"{self.path} is no file of accounts ({where or 'it is no JSON'}: {error.errors()[0]['msg']}). "
+                f"{self.path} is no file of accounts ({problem_texts(error.errors(), 'it')[0]}). "
                 "Restore it from a copy, or remove it and add the accounts anew with aos-gcs accounts."
             ) from error
 

@@ -26,6 +26,7 @@ from aos_gcs.api.models.base import ErrorModel
 from aos_gcs.api.models.plans import ImportedShapeModel, PlanModel, PlanReportModel, SavedPlanModel, StrategyModel
 from aos_gcs.errors import ConfigurationError, InputDataError, MissionError
 from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.input_values import problem_texts
 from aos_gcs.planning.checks.advice import propose
 from aos_gcs.planning.checks.check import OUT_OF_MEMORY, examine_plan
 from aos_gcs.planning.checks.sites import Homes, planned_boundaries
@@ -135,7 +136,7 @@ async def read_saved_plan(name: PlanName, plans: Plans, commands: CommandsIfAny)
     try:
         plan = PlanModel.model_validate_json(text)
     except pydantic.ValidationError as error:
-        problems = "; ".join(f"{'.'.join(map(str, one['loc']))}: {one['msg']}" for one in error.errors())
+        problems = "; ".join(problem_texts(error.errors(), "the file"))
         raise InputDataError(f"The plan '{name}' is damaged: {problems}.") from error
     return plan if commands is None else plan_convert.complete(plan, commands.settings)
 

@@ -14,6 +14,7 @@ from aos_gcs.api.convert.wall import WallMessages
 from aos_gcs.api.dependencies import session_of, wall_messages_of, wall_of
 from aos_gcs.api.models.wall import WALL_CLIENT_MESSAGE, WallAnswer, WallRequest
 from aos_gcs.errors import InputDataError
+from aos_gcs.input_values import problem_texts
 from aos_gcs.wall.model import TileName
 from aos_gcs.wall.watch import Watch
 
@@ -56,8 +57,7 @@ class _Viewer:
             try:
                 request = WALL_CLIENT_MESSAGE.validate_json(message.get("text") or message.get("bytes") or "")
             except ValidationError as error:
-                first = error.errors(include_url=False)[0]
-                self._refuse(f"{'.'.join(map(str, first['loc']))}: {first['msg']}")
+                self._refuse(problem_texts(error.errors(), "the message")[0])
                 continue
             if isinstance(request, WallAnswer):
                 if request.number == self._number:

@@ -11,7 +11,6 @@ export const access: readonly StationText[] = [
     "{file} is no file of accounts ({problem}). Restore it from a copy, or remove it and add the accounts anew with aos-gcs accounts.",
     "{file} ist keine Datei mit Konten ({problem}). Aus einer Kopie wiederherstellen, oder entfernen und die Konten mit aos-gcs accounts neu anlegen.",
   ],
-  ["it is no JSON: {error}", "kein JSON: {error}"],
   ["The accounts cannot be changed in {file}: {error}.", "Die Konten in {file} können nicht geändert werden: {error}."],
   ["The accounts cannot be read from {file}: {error}.", "Die Konten können nicht aus {file} gelesen werden: {error}."],
   [

@@ -1,4 +1,4 @@
-"""Numbers of the configuration: truth values and text are none, though Python and pydantic would convert them."""
+"""Numbers and switches of the configuration: what Python and pydantic would convert to them is none."""
 
 from __future__ import annotations
 
@@ -14,8 +14,10 @@ from pydantic import BaseModel
 from aos_gcs.errors import ConfigurationError
 
 
-def require_numbers(expected: Any, value: object, place: str) -> None:
-    """Refuse truth values and text where a type has numbers; all else is left to pydantic.
+def require_exact(expected: Any, value: object, place: str) -> None:
+    """Refuse truth values and text for numbers, anything but true and false for switches, and unknown fields.
+
+    All else is left to pydantic.
 
     Args:
         expected: type of the value: a plain one, a container, a union, a dataclass or a model.
@@ -23,20 +25,28 @@ def require_numbers(expected: Any, value: object, place: str) -> None:
         place: its section and field, for the text.
 
     Raises:
-        ConfigurationError: a value is no number; the text names the field.
+        ConfigurationError: a value is none of its field, or there is no such field; the text names it.
     """
     kinds = tuple(_alternatives(expected))
     if isinstance(value, bool | str) and {int, float} & {*kinds} and type(value) not in kinds:
-        shown = str(value).lower() if isinstance(value, bool) else f'the text "{value}"'
-        raise ConfigurationError(f"{place} must be a number, but is {shown}.")
+        raise ConfigurationError(f"{place} must be a number, but is {_shown(value)}.")
+    if isinstance(value, str | int | float) and bool in kinds and type(value) not in kinds:
+        raise ConfigurationError(f"{place} must be true or false, without quotes, but is {_shown(value)}.")
     for kind in kinds:
-        if isinstance(value, Mapping):
-            for name, field in _fields(kind).items():
-                if name in value:
-                    require_numbers(field, value[name], f"{place}.{name}".removeprefix("."))
+        if isinstance(value, Mapping) and (fields := _fields(kind)):
+            for name, one in value.items():
+                inner = f"{place}.{name}".removeprefix(".")
+                if name not in fields:
+                    raise ConfigurationError(f"{inner} is unknown; known are: {', '.join(fields)}.")
+                require_exact(fields[name], one, inner)
         elif isinstance(value, list | tuple):
             for index, (item, one) in enumerate(zip(_items(kind, len(value)), value, strict=False)):
-                require_numbers(item, one, f"{place}[{index}]")
+                require_exact(item, one, f"{place}[{index}]")
+
+
+def _shown(value: object) -> str:
+    """Return a value as a file has it, for a message."""
+    return str(value).lower() if isinstance(value, bool | int | float) else f'the text "{value}"'
 
 
 def _alternatives(expected: Any) -> Iterator[Any]:
