@@ -112,6 +112,6 @@ def problem_texts(errors: Iterable[Mapping[str, Any]], whole: str, place: str = 
         if words is None:
             texts.append(f"{field}: {error['msg'].removeprefix('Value error, ').removesuffix('.')}")
         else:
-            numbers = {name: f"{value:.15g}" for name, value in error.get("ctx", {}).items() if finite_number(value) is not None}
-            texts.append(f"{field} {words.format_map(error.get('ctx', {}) | numbers)}")
+            limits = {name: f"{one:g}" if isinstance(one, float) else one for name, one in error.get("ctx", {}).items()}
+            texts.append(f"{field} {words.format_map(limits)}")
     return texts

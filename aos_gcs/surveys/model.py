@@ -5,15 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from aos_gcs.errors import InputDataError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.surveys.radiometric.settings import TemperatureSettings
 from aos_gcs.surveys.takeoffs import TakeoffSite
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,3 +68,22 @@ class Survey:
     def lacks_altitudes(self) -> bool:
         """Whether images tell heights above their place of takeoff, but not its altitude: it counts as sea level."""
         return not self.takeoffs and any(image.relative_altitude_m is not None for image in self.images)
+
+
+def frames_of(items: list[T], frames: slice, whole: str) -> list[T]:
+    """Return the items of a range.
+
+    Args:
+        items: all of them, one at least.
+        frames: range, counted from 0.
+        whole: what all of them are, for the message.
+
+    Raises:
+        InputDataError: the range begins or ends behind the last one.
+    """
+    if (frames.start or 0) >= len(items) or (frames.stop or 0) > len(items):
+        raise InputDataError(
+            f"The range of frames goes beyond the {len(items)} {whole}: it must begin before {len(items)}, and end at "
+            f"{len(items)} at the latest, or be left open."
+        )
+    return items[frames]

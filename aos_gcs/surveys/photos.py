@@ -23,7 +23,7 @@ from aos_gcs.input_values import require_folder
 from aos_gcs.surveys.apart import far_apart
 from aos_gcs.surveys.images import THERMAL, check_image
 from aos_gcs.surveys.kinds import usual_kind
-from aos_gcs.surveys.model import Survey, SurveyImage
+from aos_gcs.surveys.model import Survey, SurveyImage, frames_of
 from aos_gcs.surveys.radiometric.reading import read_thermal_camera
 from aos_gcs.surveys.radiometric.settings import TemperatureSettings
 from aos_gcs.surveys.takeoffs import TakeoffSite, group_takeoffs
@@ -92,9 +92,7 @@ def read_photos(
         raise InputDataError(
             f"The folder {folder} has no photographs (.jpg, .jpeg, .tif, .tiff); for other images give their --poses."
         )
-    count, paths = len(paths), paths[frames]
-    if not paths:
-        raise InputDataError(f"None of the {count} photographs in {folder} lie in the range of frames.")
+    paths = frames_of(paths, frames, f"photographs in {folder}")
     photos: list[_Photo] = []
     left_out: dict[str, str] = {}
     not_chosen: list[str] = []

@@ -25,7 +25,7 @@ from aos_gcs.surveys.apart import far_apart
 from aos_gcs.surveys.conventions import PoseConvention
 from aos_gcs.surveys.images import SUFFIXES, check_image
 from aos_gcs.surveys.kinds import usual_kind
-from aos_gcs.surveys.model import Survey, SurveyImage
+from aos_gcs.surveys.model import Survey, SurveyImage, frames_of
 from aos_gcs.surveys.radiometric.settings import TemperatureSettings
 
 ROTATION_TOLERANCE = 1e-3
@@ -94,9 +94,7 @@ def read_poses(
     if not isinstance(entries, list) or not entries:
         raise InputDataError(f"The poses file {poses_file} needs a non-empty list 'images'.")
     named = _named(entries, poses_file)
-    chosen = list(named.items())[frames]
-    if not chosen:
-        raise InputDataError(f"None of the {len(named)} images of {poses_file} lie in the range of frames.")
+    chosen = frames_of(list(named.items()), frames, f"images of {poses_file}")
     convention = convention or PoseConvention()
     folder = _Folder(image_folder)
     left_out: dict[str, str] = {}

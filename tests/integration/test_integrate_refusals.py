@@ -344,7 +344,8 @@ BAD_INPUT = {
     "frames of words": (options(frames="a:b"), "--frames needs a range"),
     "frames without a step": (options(frames="0:3:0"), "--frames needs a range"),
     "frames backwards": (options(frames="3:1"), "--frames needs a range"),
-    "frames beyond": (options(frames="4:"), r"None of the 4 images of .*poses\.json lie in the range of frames"),
+    "frames beyond": (options(frames="4:"), r"beyond the 4 images of .*poses\.json: it must begin before 4"),
+    "frames partly beyond": (options(frames="0:99"), r"beyond the 4 images of .*poses\.json: .* at 4 at the latest"),
     "ground of poses": (options(ground=300), "--ground applies to photographs"),
     "lens in the file": (
         with_field("lens", [0.1, 0.2]),
