@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import ipaddress
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
+from urllib.parse import urlsplit
 
 import typer
 
@@ -59,21 +61,22 @@ def invite(
     role: RoleOption,
     *,
     url: Annotated[
-        str, typer.Option(help="Address of the dashboard as the person reaches it.")
-    ] = "http://127.0.0.1:8080/",
+        str,
+        typer.Option(help="Address of the dashboard as the person reaches it, such as https://10.0.0.5:8080/."),
+    ],
     hours: Annotated[float, typer.Option(help="Hours until the invitation expires.", min=0.1, max=24.0 * 30)] = 24.0,
 ) -> None:
     """Print a link by which one person makes an account. Send it through a private channel."""
+    page = _page(url)
+    _require_accounts(file)
     token = AccountFile(file).invite(Role(role), "the command line", machine_utc_s(), hours * 3600.0)
-    typer.echo(f"{url.rstrip('/')}/#invite={token}")
+    typer.echo(f"{page}#invite={token}")
 
 
 @accounts.command("list")
 def list_accounts(file: File) -> None:
     """Print all accounts and their roles."""
-    if not file.exists():
-        remedy = f"add the first account with: aos-gcs accounts add {file} NAME --role administrator"
-        raise InputDataError(f"{file} does not exist. Check the path, or {remedy}.")
+    _require_accounts(file)
     found = AccountFile(file).all()
     for account in found:
         typer.echo(f"{account.role:14}{account.name}")
@@ -104,6 +107,44 @@ def password(
 ) -> None:
     """Set another password for an account, such as a forgotten one. Its sessions end."""
     AccountFile(file).set_password(name, _password(password_file))
+
+
+def _require_accounts(file: Path) -> None:
+    if not file.exists():
+        remedy = f"add the first account with: aos-gcs accounts add {file} NAME --role administrator"
+        raise InputDataError(f"{file} does not exist. Check the path, or {remedy}.")
+
+
+def _page(url: str) -> str:
+    """Return the address of the page, which is at the root of its server.
+
+    Raises:
+        InputDataError: no other machine can open it.
+    """
+    try:
+        parts = urlsplit(url)
+        is_page = parts.scheme in {"http", "https"} and parts.hostname and parts.port != 0
+    except ValueError:
+        is_page = False
+    if not is_page or parts.path not in {"", "/"} or parts.query or parts.fragment or parts.username is not None:
+        raise InputDataError(
+            f"--url {url} is no address of the page: give http:// or https://, host and port, and nothing behind them, "
+            "such as https://10.0.0.5:8080/."
+        )
+    if _is_own(parts.hostname or ""):
+        raise InputDataError(
+            f"--url {url} can be opened on this machine alone: give its name or address in the network."
+        )
+    return f"{parts.scheme}://{parts.netloc}/"
+
+
+def _is_own(host: str) -> bool:
+    """Whether an address is that of the machine itself, for whoever opens it, or of none."""
+    try:
+        address = ipaddress.ip_address(host)
+    except ValueError:
+        return host == "localhost" or host.endswith(".localhost")
+    return address.is_loopback or address.is_unspecified
 
 
 def _password(file: Path | None) -> str:

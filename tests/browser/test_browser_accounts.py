@@ -55,6 +55,7 @@ async def test_roles_on_the_page(
         await expect(page.get_by_test_id("account-Ada")).to_be_visible()
         await page.get_by_label("Role of the new account").select_option("analyst")
         await page.get_by_test_id("invite").click()
+        await expect(page.get_by_test_id("invite-only-here")).to_contain_text("works on this computer only")
         link = await page.get_by_test_id("invite-link").input_value()
         await other_page.goto(link)
         await sign_in(other_page, "Anders")

@@ -6,6 +6,7 @@ import type { Account, SignInEntry } from "../api/types";
 import { timeOfDay } from "../format";
 import { GIVEN_ROLES, type GivenRole } from "../state/roles";
 import "./accounts.css";
+import { isOwnHost } from "./own_host";
 import { texts } from "../texts";
 
 const SIGN_INS_SHOWN = 12;
@@ -106,6 +107,11 @@ function Invite() {
           {accounts.invite}
         </button>
       </p>
+      {link !== null && isOwnHost(location.hostname) && (
+        <p class="is-bad" data-testid="invite-only-here">
+          {accounts.onlyHere}
+        </p>
+      )}
       {link !== null && (
         <label>
           {accounts.link}

@@ -36,6 +36,7 @@ export const accounts = {
   invite: "Invite",
   inviteRole: "Role of the new account",
   link: "Link for one person, for 24 hours. Send it through a private channel.",
+  onlyHere: "This link works on this computer only. For others, open this page by its address in the network first.",
   signIns: "Latest sign-ins",
   loading: "Loading accounts …",
 } as const;

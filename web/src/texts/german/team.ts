@@ -35,6 +35,8 @@ export const team: Texts["team"] = {
     invite: "Einladen",
     inviteRole: "Rolle des neuen Kontos",
     link: "Link für eine Person, 24 Stunden gültig. Über einen vertraulichen Kanal senden.",
+    onlyHere:
+      "Dieser Link geht nur auf diesem Computer. Für andere diese Seite zuerst unter ihrer Adresse im Netz öffnen.",
     signIns: "Letzte Anmeldungen",
     loading: "Konten werden geladen …",
   },
