@@ -28,8 +28,9 @@ from aos_gcs.mission.fleet.datum import survey_ground
 from aos_gcs.mission.fleet.flight import FlightControl
 from aos_gcs.mission.fleet.homes import home_elsewhere, next_home, take_off_point_enu_m
 from aos_gcs.mission.fleet.landing.return_and_land import ReturnAndLand
+from aos_gcs.mission.fleet.member import Member
 from aos_gcs.mission.fleet.monitor import Monitor
-from aos_gcs.mission.fleet.roster import Member, Roster
+from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.fleet.standing_hold import StandingHold
 from aos_gcs.mission.fleet.vehicle_tasks import VehicleTasks
 from aos_gcs.mission.health import LoopMonitor

@@ -10,8 +10,8 @@ from aos_gcs.errors import MissionError
 from aos_gcs.mission.context import MissionContext
 from aos_gcs.mission.fleet.flight import FlightControl
 from aos_gcs.mission.fleet.landing.descents import refuse_landing
+from aos_gcs.mission.fleet.member import Member
 from aos_gcs.mission.fleet.reinforcements.joining import Order
-from aos_gcs.mission.fleet.roster import Member
 from aos_gcs.mission.fleet.standing_hold import NONE_HELD, StandingHold
 from aos_gcs.mission.fleet.vehicle_tasks import VehicleTasks
 from aos_gcs.mission.flow import Flow

@@ -17,7 +17,8 @@ from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.geometry.heights import AmslM
 from aos_gcs.mission.fleet.datum import LaunchGround
-from aos_gcs.mission.fleet.roster import Member, Roster
+from aos_gcs.mission.fleet.member import Member
+from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.vehicles import Task, VehicleSnapshot
 from aos_gcs.planning.legs import ScanLeg
@@ -136,14 +137,13 @@ class FormerFlight:
             former = self.vehicles.get(member.vehicle_id)
             if former is None:
                 continue
-            member.is_chosen = True
-            member.layer_height_m, member.home_enu_m = former.layer_height_m, np.array(former.home_enu_m)
-            member.altitude_offset_m = former.altitude_offset_m
+            member.choose(is_chosen=True)
+            member.take_place(np.array(former.home_enu_m), former.layer_height_m)
+            member.settle_altitude(former.altitude_offset_m)
             if member.airborne:
-                member.former_takeover = former.telemetry.taken_over
-                member.former_has_pilot = former.telemetry.has_pilot
-                if former.waypoint_enu_m is not None:
-                    member.waypoint_enu_m = np.array(former.waypoint_enu_m)
+                telemetry = former.telemetry
+                waypoint_enu_m = None if former.waypoint_enu_m is None else np.array(former.waypoint_enu_m)
+                member.go_on(telemetry.taken_over, waypoint_enu_m, has_pilot=telemetry.has_pilot)
                 roster.assign(member, Task.HELD)
                 attached.append(member)
         return attached

@@ -16,7 +16,7 @@ from aos_gcs.mission.auto_start import AutoStart
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.fleet.datum import survey_ground
 from aos_gcs.mission.fleet.homes import home_elsewhere, next_home, take_off_point_enu_m
-from aos_gcs.mission.fleet.roster import Member
+from aos_gcs.mission.fleet.member import Member
 from aos_gcs.mission.handler_watch import sign_of_life
 from aos_gcs.mission.model.checks import PreflightCheck
 from aos_gcs.mission.model.phase import Phase

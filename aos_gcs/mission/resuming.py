@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from aos_gcs.errors import MissionError
-from aos_gcs.mission.fleet.roster import Member, Roster
+from aos_gcs.mission.fleet.member import Member
+from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.model.actions import Refusal
 from aos_gcs.mission.model.vehicles import Task
 

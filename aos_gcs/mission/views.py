@@ -10,7 +10,8 @@ from typing import Protocol
 from aos_gcs.airspace.waypoints import as_enu_point
 from aos_gcs.mission.acknowledgements import Acknowledgements
 from aos_gcs.mission.context import MissionContext
-from aos_gcs.mission.fleet.roster import Member, Roster
+from aos_gcs.mission.fleet.member import Member
+from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.model.events import Event, EventKind
 from aos_gcs.mission.model.phase import Outcome, Phase, Suspension
 from aos_gcs.mission.model.sharing import ChannelStatus

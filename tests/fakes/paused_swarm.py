@@ -8,7 +8,8 @@ from contextlib import asynccontextmanager
 import numpy as np
 
 from aos_gcs.mission.fleet.flight import FlightControl
-from aos_gcs.mission.fleet.roster import Member, Roster
+from aos_gcs.mission.fleet.member import Member
+from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.vehicles import Task

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from aos_gcs.mission.fleet.roster import Member, Roster
+from aos_gcs.mission.fleet.member import Member
+from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.fleet.tasks import TASK_TRANSITIONS
 from aos_gcs.mission.model.vehicles import Task
 

@@ -6,7 +6,7 @@ from typing import Final
 
 from aos_gcs.airspace.accuracy import CONFIDENCE, Accuracy, greatest_accuracy_m
 from aos_gcs.mission.fleet.datum import RTK_FIXED
-from aos_gcs.mission.fleet.roster import Member
+from aos_gcs.mission.fleet.member import Member
 from aos_gcs.ports import VehicleState
 
 _WITH_RTK: Final = Accuracy(0.03, 0.06)

@@ -17,6 +17,7 @@ from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict
 from aos_gcs.errors import CommandError, CommandRefusedError
 from aos_gcs.mission.fleet.accuracies import accuracy_on_paths
 from aos_gcs.mission.fleet.bounds import FlightBounds
+from aos_gcs.mission.fleet.member import Member
 from aos_gcs.mission.fleet.motion import (
     destination_enu_m,
     hovers_at_waypoint,
@@ -25,7 +26,7 @@ from aos_gcs.mission.fleet.motion import (
     why_left,
 )
 from aos_gcs.mission.fleet.obstacles import obstacle_of, stop_enu_m
-from aos_gcs.mission.fleet.roster import Member, Roster
+from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.handler_watch import sign_of_life
 from aos_gcs.mission.journal import Journal
 from aos_gcs.mission.model.actions import Refusal
@@ -276,17 +277,18 @@ class FlightControl:
         """
         orders: dict[int, Command] = {}
         for record, member in zip(records, self._roster.select(record.vehicle_id for record in records), strict=True):
-            member.refusal = None if record.verdict is WaypointVerdict.SENT else record.reason
+            member.keep_back(None if record.verdict is WaypointVerdict.SENT else record.reason)
             if not is_ours(member, tasks):
                 continue
             if record.sent_enu_m is not None:
-                member.waypoint_enu_m, member.waypoint_task = np.array(record.sent_enu_m), member.task
+                waypoint_enu_m = np.array(record.sent_enu_m)
+                member.send_to(waypoint_enu_m)
                 member.turn.order(record.heading_rad, member.state.heading_rad, self._clock.now_s())
-                place = self._roster.geodetic(member, member.waypoint_enu_m)
+                place = self._roster.geodetic(member, waypoint_enu_m)
                 speed_mps = record.speed_mps or self._settings.cruise_speed_mps
                 orders[member.vehicle_id] = Goto(place, speed_mps, member.turn.heading_rad)
             elif must_stop(member, self._roster.position_enu_m(member), self._settings):
-                orders[member.vehicle_id] = member.safety_hold = Hold()
+                orders[member.vehicle_id] = member.hold_for_safety()
                 if member.task is Task.RETURNING:
                     text = f"must not fly on towards home now, so it hovers and tries again ({record.reason})"
                     self._journal.notice(Severity.WARNING, text, member.vehicle_id)

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.mission.fleet.datum import is_grounded, same_place_m
-from aos_gcs.mission.fleet.roster import Member, Roster
+from aos_gcs.mission.fleet.member import Member
+from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.model.actions import Refusal
 from aos_gcs.ports import Clock, VehicleState
 

@@ -12,7 +12,7 @@ from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.fleet.accuracies import accuracy_of
 from aos_gcs.mission.fleet.energy import time_home_s
 from aos_gcs.mission.fleet.landing.return_and_land import REPEAT_S, ReturnAndLand
-from aos_gcs.mission.fleet.roster import FLYING, Member
+from aos_gcs.mission.fleet.member import FLYING, Member
 from aos_gcs.mission.fleet.standing_hold import StandingHold
 from aos_gcs.mission.fleet.watches.accuracy import AccuracyWatch
 from aos_gcs.mission.fleet.watches.altitude import AltitudeWatch
@@ -138,7 +138,7 @@ class Monitor:
             context.journal.notice(Severity.INFO, "first heard during the mission: it can join", member.vehicle_id)
         for member in context.roster.members(Task.IDLE):
             if member.home_enu_m is None:
-                member.home_enu_m = context.roster.launch_point_enu_m(member)
+                member.move_home(context.roster.launch_point_enu_m(member))
 
     def _watch_landing(self, member: Member) -> None:
         roster = self._context.roster
@@ -278,8 +278,7 @@ class Monitor:
         """Stop one of two vehicles that are too close, whatever it was doing; the operator resumes it."""
         self._returning().stop(member)
         self._context.roster.assign(member, Task.HELD)
-        member.safety_hold = Hold()
-        await self._context.flight.command(member, member.safety_hold)
+        await self._context.flight.command(member, member.hold_for_safety())
 
     async def _hold_found(self, member: Member) -> None:
         """Hold a vehicle that was found in the air after an operator's hold of all."""

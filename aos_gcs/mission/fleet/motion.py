@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from aos_gcs.mission.fleet.roster import Member
+from aos_gcs.mission.fleet.member import Member
 from aos_gcs.mission.model.vehicles import TASK_NAMES, Task
 from aos_gcs.planning.settings import FlightSettings
 from aos_gcs.ports import Goto, Land

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from aos_gcs.airspace.accuracy import Accuracy
 from aos_gcs.airspace.stopping import DECELERATION_MPS2
 from aos_gcs.airspace.traffic import Obstacle
+from aos_gcs.mission.fleet.member import Member
 from aos_gcs.mission.fleet.motion import destination_enu_m, speed_mps
-from aos_gcs.mission.fleet.roster import Member, Roster
+from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.planning.settings import FlightSettings
 from aos_gcs.ports import FlightMode, Land, ReturnToLaunch, Takeoff

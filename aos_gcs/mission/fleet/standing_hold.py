@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
-from aos_gcs.mission.fleet.roster import Member
+from aos_gcs.mission.fleet.member import Member
 
 STANDING_S = 15.0
 """Time for which a hold stands: after a restart all that is heard and flies is known by then."""

@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Callable, Coroutine
 
 from aos_gcs.mission.context import FlightContext
-from aos_gcs.mission.fleet.roster import FLYING
+from aos_gcs.mission.fleet.member import FLYING
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.ports import Disarm, Hold, Severity
 

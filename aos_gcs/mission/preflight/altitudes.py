@@ -8,7 +8,8 @@ from typing import Final
 
 from aos_gcs.airspace.accuracy import CONFIDENCE, allowed_offset_m, greatest_accuracy_m, needed_spacing_m
 from aos_gcs.mission.fleet.datum import RTK_FIXED, home_altitude_m, standing_altitude_m
-from aos_gcs.mission.fleet.roster import Member, Roster
+from aos_gcs.mission.fleet.member import Member
+from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.model.checks import PreflightCheck
 from aos_gcs.mission.preflight import checks
 from aos_gcs.mission.preflight.telemetry import GPS_FIXES

@@ -19,7 +19,7 @@ from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.geometry.heights import AboveHomeM
 from aos_gcs.mission.context import FlightContext, MissionContext
 from aos_gcs.mission.fleet.landing.return_heights import ReturnHeights
-from aos_gcs.mission.fleet.roster import Member
+from aos_gcs.mission.fleet.member import Member
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.ports import Capture, Geofence, VehicleFacts, VehicleState

@@ -11,7 +11,8 @@ from aos_gcs.airspace.accuracy import beside_errors_m
 from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.mission.fleet.accuracies import accuracy_of
 from aos_gcs.mission.fleet.homes import home_away_m
-from aos_gcs.mission.fleet.roster import Member, Roster
+from aos_gcs.mission.fleet.member import Member
+from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.fleet.watches.condition import MAX_BATTERY_AGE_S
 from aos_gcs.mission.model.checks import PreflightCheck
 from aos_gcs.mission.preflight import checks

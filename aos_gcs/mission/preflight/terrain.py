@@ -14,7 +14,7 @@ from aos_gcs.airspace.terrain import GroundRaster
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.mission.fleet.datum import home_altitude_m, is_grounded
-from aos_gcs.mission.fleet.roster import Member
+from aos_gcs.mission.fleet.member import Member
 from aos_gcs.mission.model.checks import PreflightCheck
 from aos_gcs.mission.preflight import checks
 from aos_gcs.planning.estimate import planned_legs

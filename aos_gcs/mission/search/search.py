@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.mission.context import FlightContext, MissionContext
 from aos_gcs.mission.fleet.layers import in_layers
-from aos_gcs.mission.fleet.roster import Member
+from aos_gcs.mission.fleet.member import Member
 from aos_gcs.mission.handler_watch import WORK_S, sign_of_life
 from aos_gcs.mission.model.decisions import LeftPlace
 from aos_gcs.mission.model.phase import Phase

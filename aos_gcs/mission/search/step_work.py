@@ -12,7 +12,7 @@ from aos_gcs.airspace.waypoints import WaypointRecord, as_enu_point
 from aos_gcs.errors import MissionFailedError, UnusableFramesError, WorkerError
 from aos_gcs.imaging.model import StepAnalysis
 from aos_gcs.mission.context import FlightContext, MissionContext
-from aos_gcs.mission.fleet.roster import Member
+from aos_gcs.mission.fleet.member import Member
 from aos_gcs.mission.handler_watch import WORK_S, sign_of_life
 from aos_gcs.mission.model.decisions import Decision, DecisionRecord, Group, SearchRecord, Situation, SwarmPlace
 from aos_gcs.mission.model.phase import Phase

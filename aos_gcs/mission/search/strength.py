@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from aos_gcs.errors import MissionFailedError
 from aos_gcs.mission.context import FlightContext
-from aos_gcs.mission.fleet.roster import Member
+from aos_gcs.mission.fleet.member import Member
 from aos_gcs.mission.handler_watch import sign_of_life
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.ports import Severity

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from aos_gcs.geometry.heights import AboveHomeM
-from aos_gcs.mission.fleet.roster import Member
+from aos_gcs.mission.fleet.member import Member
 from aos_gcs.ports import FlightMode, LandedState, Takeoff, VehicleState
 
 ON_GROUND = LandedState.ON_GROUND

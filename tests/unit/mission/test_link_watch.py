@@ -8,7 +8,8 @@ from types import SimpleNamespace
 import pytest
 
 from aos_gcs.clock import LoopClock
-from aos_gcs.mission.fleet.roster import Member, Roster
+from aos_gcs.mission.fleet.member import Member
+from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.fleet.watches.links import LONGEST_DOUBT_S, RESTORED_AFTER_S, LinkWatch
 from aos_gcs.mission.health import Punctuality
 from aos_gcs.mission.journal import Journal

@@ -283,7 +283,7 @@ def test_a_person_whose_look_the_end_of_the_search_cuts_short_is_announced(
         phase = decider.decide(Phase.CONVERGE, traffic, traffic.traffic.detours(), analysis(seen(8.0, 60.0))).following
         decider.conclude(phase, dict.fromkeys(decider.tracker.places_enu_m(), judgement))
     assert phase is Phase.RETURN
-    assert any(text.startswith("Possible person (70 %)") for text in heard.texts) is is_announced
+    assert any(text.startswith("Possible person (78 %)") for text in heard.texts) is is_announced
 
 
 @pytest.mark.parametrize("looking", [1, 101])

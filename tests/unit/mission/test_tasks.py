@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aos_gcs.mission.fleet.roster import FLYING, Member, Roster
+from aos_gcs.mission.fleet.member import FLYING, Member
+from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.fleet.tasks import TASK_TRANSITIONS, TaskTransitionError
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.ports import Clock

@@ -13,9 +13,9 @@ from aos_gcs.airspace.accuracy import joint_errors_m
 from aos_gcs.airspace.spacing import nearest_free, spread_apart
 from aos_gcs.airspace.stopping import REACTION_S
 from aos_gcs.mission.context import FlightContext
+from aos_gcs.mission.fleet.member import Member
 from aos_gcs.mission.fleet.motion import is_told_to_land, speed_mps
 from aos_gcs.mission.fleet.obstacles import stop_enu_m
-from aos_gcs.mission.fleet.roster import Member
 from aos_gcs.mission.model.actions import Refusal
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.ports import Hold
@@ -82,7 +82,7 @@ async def come_to_rest(context: FlightContext, members: Sequence[Member]) -> Non
         return
     for member in moving:
         context.roster.assign(member, Task.LANDING)
-        member.safety_hold = Hold()
+        member.hold_for_safety()
     context.journal.set_message("Landing: stopping first.")
     await context.flight.command_each(moving, lambda one: one.safety_hold or Hold(), _HOLD_S)
     await context.flight.wait_until(lambda: moving, lambda one: not moves(context, one), _REST_S)

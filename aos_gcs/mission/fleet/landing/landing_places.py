@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from aos_gcs.airspace.spacing import landing_spots
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.fleet.landing.descents import is_within, landing_place_enu_m, near_standing, stands_near
-from aos_gcs.mission.fleet.roster import Member
+from aos_gcs.mission.fleet.member import Member
 from aos_gcs.ports import Severity
 
 FloatArray = NDArray[np.float64]

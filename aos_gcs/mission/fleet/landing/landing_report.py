@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 
 from aos_gcs.mission.context import FlightContext
-from aos_gcs.mission.fleet.roster import Member
+from aos_gcs.mission.fleet.member import Member
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.ports import Severity
 

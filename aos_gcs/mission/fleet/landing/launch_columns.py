@@ -8,7 +8,7 @@ import numpy as np
 
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.fleet.landing.descents import blocks_descent
-from aos_gcs.mission.fleet.roster import Member
+from aos_gcs.mission.fleet.member import Member
 
 
 def in_launch_columns(context: FlightContext) -> list[Member]:

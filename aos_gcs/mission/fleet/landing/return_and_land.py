@@ -13,8 +13,8 @@ from aos_gcs.mission.fleet.landing.descents import blocks_descent, clear_columns
 from aos_gcs.mission.fleet.landing.landing_places import LandingPlaces
 from aos_gcs.mission.fleet.landing.landing_report import report_landings, report_pilots
 from aos_gcs.mission.fleet.landing.launch_columns import in_launch_columns
+from aos_gcs.mission.fleet.member import Member
 from aos_gcs.mission.fleet.motion import is_told_to_land
-from aos_gcs.mission.fleet.roster import Member
 from aos_gcs.mission.fleet.vehicle_tasks import VehicleTasks
 from aos_gcs.mission.fleet.watches.jumps import DOUBT_LASTS_S
 from aos_gcs.mission.model.actions import Refusal
@@ -217,7 +217,7 @@ class ReturnAndLand:
         if (standing := stands_below(context, member)) is not None:
             await self.send_home(member, f"vehicle {standing} stands on the ground below it")
         elif (other_id := blocks_descent(context, member)) is not None:
-            member.refusal = f"held: vehicle {other_id} is or may come below it"
+            member.keep_back(f"held: vehicle {other_id} is or may come below it")
         else:
             await context.flight.command(member, Land(), is_repeated=True)
 
@@ -249,7 +249,7 @@ class ReturnAndLand:
                 await self._hand_over(member)
                 return
             while (other_id := blocks_descent(context, member)) is not None:
-                member.refusal = f"held: vehicle {other_id} is or may come below it"
+                member.keep_back(f"held: vehicle {other_id} is or may come below it")
                 await context.clock.sleep(_POLL_S)
             if not self._places.leave_occupied(member):
                 break

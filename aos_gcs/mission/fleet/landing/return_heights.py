@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from aos_gcs.errors import CommandError
 from aos_gcs.geometry.heights import AboveHomeM
 from aos_gcs.mission.context import MissionContext
-from aos_gcs.mission.fleet.roster import Member
+from aos_gcs.mission.fleet.member import Member
 from aos_gcs.mission.model.vehicles import SettingsRecord
 from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.ports import Severity, VehicleFacts

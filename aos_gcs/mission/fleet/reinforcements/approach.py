@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.mission.context import FlightContext
-from aos_gcs.mission.fleet.roster import Member
+from aos_gcs.mission.fleet.member import Member
 from aos_gcs.mission.model.vehicles import Task
 
 NEAR_M = 6.0

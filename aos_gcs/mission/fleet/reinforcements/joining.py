@@ -7,9 +7,9 @@ from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass
 
 from aos_gcs.mission.context import FlightContext
+from aos_gcs.mission.fleet.member import FLYING, Member
 from aos_gcs.mission.fleet.reinforcements.approach import Approach
 from aos_gcs.mission.fleet.reinforcements.launch_place import find_launch_place, moved_home
-from aos_gcs.mission.fleet.roster import FLYING, Member
 from aos_gcs.mission.fleet.vehicle_tasks import VehicleTasks
 from aos_gcs.mission.model.actions import Refusal
 from aos_gcs.mission.model.checks import PreflightCheck
@@ -84,7 +84,8 @@ class Joining:
         refusal = self._find_place(member) or await self._clear(member, order, replacement)
         if refusal is not None:
             # It is still where it landed, away from the launch point that it had.
-            member.home_enu_m, roster.ground = former_enu_m, former_ground
+            member.move_home(former_enu_m)
+            roster.ground = former_ground
             return refusal
         roster.assign(member, Task.JOINING)
         text = f"joins the swarm: it climbs to its layer at {member.layer_height_m:.0f} m and flies there"
@@ -120,8 +121,8 @@ class Joining:
             return Refusal(f"no altitude layer is free below the ceiling at {limits.ceiling_m:.0f} m")
         for other in context.roster.members(Task.IDLE, Task.LANDED):
             if other is not member and not other.airborne and other.layer_height_m == layer_height_m:
-                other.layer_height_m = None
-        member.home_enu_m, member.layer_height_m = home_enu_m, layer_height_m
+                other.give_up_layer()
+        member.take_place(home_enu_m, layer_height_m)
         roster.settle_altitudes()
         return None
 

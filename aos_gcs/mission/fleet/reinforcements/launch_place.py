@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.fleet.datum import home_altitude_m, same_place_m
-from aos_gcs.mission.fleet.roster import Member
+from aos_gcs.mission.fleet.member import Member
 from aos_gcs.mission.model.actions import Refusal
 
 _SAME_GROUND_M = 0.25

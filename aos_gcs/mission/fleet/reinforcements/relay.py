@@ -13,10 +13,10 @@ import numpy as np
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.fleet.energy import CLIMB_MPS, time_home_s
 from aos_gcs.mission.fleet.landing.return_and_land import ReturnAndLand
+from aos_gcs.mission.fleet.member import Member
 from aos_gcs.mission.fleet.reinforcements.joining import Joining, Replacement
 from aos_gcs.mission.fleet.reinforcements.relief_plan import relief_times_s
 from aos_gcs.mission.fleet.reinforcements.replacements import Replacements
-from aos_gcs.mission.fleet.roster import Member
 from aos_gcs.mission.model.actions import Refusal
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.ports import Severity
@@ -197,7 +197,7 @@ class Relay:
         )
         refusal = await self._joining.join(member, self._joining.order(may_relieve), replacement)
         if refusal is None:
-            member.is_ready = False
+            self._replacements.use(member)
             self._refused.pop(member.vehicle_id, None)
             return
         self._relieved.pop(member.vehicle_id, None)

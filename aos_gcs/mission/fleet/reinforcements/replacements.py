@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from aos_gcs.mission.context import FlightContext
-from aos_gcs.mission.fleet.roster import Member
+from aos_gcs.mission.fleet.member import Member
 from aos_gcs.mission.model.actions import Refusal
 from aos_gcs.mission.model.vehicles import TASK_NAMES, Task
 from aos_gcs.ports import Severity
@@ -64,13 +64,17 @@ class Replacements:
         member.is_ready = is_ready
         return None
 
+    def use(self, member: Member) -> None:
+        """Let the confirmation of a vehicle count for the take-off that it begins, and for no other."""
+        member.is_ready = False
+
     def note_flights(self) -> None:
         """Let each confirmation count for one take-off; in a simulation batteries are changed after a time."""
         now_s, relay = self._context.clock.now_s(), self._context.settings.relay
         for member in self._context.roster.members():
             if member.airborne or member.task is Task.JOINING:
                 if member.is_ready or self.is_on:
-                    member.is_ready = False
+                    self.use(member)
                 self._down_since_s.pop(member.vehicle_id, None)
             elif (
                 member.task is Task.LANDED

@@ -8,7 +8,8 @@ from typing import Final
 from aos_gcs.airspace.accuracy import CONFIDENCE, greatest_accuracy_m
 from aos_gcs.mission.fleet.accuracies import accuracy_of
 from aos_gcs.mission.fleet.datum import RTK_FIXED, RTK_FLOAT, stands
-from aos_gcs.mission.fleet.roster import FLYING, Member, Roster
+from aos_gcs.mission.fleet.member import FLYING, Member
+from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.fleet.watches.condition import HEARD_AGO_S, has_position
 from aos_gcs.mission.fleet.watches.debounce import Debounce
 from aos_gcs.mission.journal import Journal

@@ -18,7 +18,8 @@ from typing import Final, TypeAlias
 from aos_gcs.airspace.accuracy import CONFIDENCE, allowed_offset_m
 from aos_gcs.mission.fleet.accuracies import accuracy_of
 from aos_gcs.mission.fleet.datum import stands
-from aos_gcs.mission.fleet.roster import Member, Roster
+from aos_gcs.mission.fleet.member import Member
+from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.journal import Journal
 from aos_gcs.ports import Clock, Severity, VehicleState
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from aos_gcs.mission.fleet.roster import FLYING, Member, Roster
+from aos_gcs.mission.fleet.member import FLYING, Member
+from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.fleet.watches.debounce import Debounce
 from aos_gcs.mission.journal import Journal
 from aos_gcs.ports import Clock, Severity, VehicleState

@@ -9,7 +9,8 @@ import numpy as np
 from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.airspace.terrain import GroundRaster
 from aos_gcs.geometry.heights import AboveGroundM
-from aos_gcs.mission.fleet.roster import Member, Roster
+from aos_gcs.mission.fleet.member import Member
+from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.fleet.watches.debounce import Debounce
 from aos_gcs.mission.journal import Journal
 from aos_gcs.ports import Clock, FlightMode, Land, ReturnToLaunch, Severity

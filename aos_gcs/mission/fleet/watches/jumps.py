@@ -13,7 +13,7 @@ from typing import Final
 
 from aos_gcs.airspace.accuracy import CONFIDENCE
 from aos_gcs.mission.fleet.accuracies import accuracy_of
-from aos_gcs.mission.fleet.roster import Member
+from aos_gcs.mission.fleet.member import Member
 from aos_gcs.mission.journal import Journal
 from aos_gcs.ports import Clock, Severity
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from aos_gcs.mission.fleet.roster import FLYING, Member, Roster
+from aos_gcs.mission.fleet.member import FLYING, Member
+from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.health import Punctuality
 from aos_gcs.mission.journal import Journal
 from aos_gcs.mission.model.vehicles import Task

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from aos_gcs.airspace.accuracy import EXACT, Accuracy, joint_errors_m
 from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.airspace.separation import minimum_separation
-from aos_gcs.mission.fleet.roster import Member, Roster
+from aos_gcs.mission.fleet.member import Member
+from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.journal import Journal
 from aos_gcs.ports import Clock, Hold, Severity
 

@@ -9,10 +9,11 @@ from __future__ import annotations
 from typing import Final
 
 from aos_gcs.mission.fleet.flight import FlightControl
-from aos_gcs.mission.fleet.roster import Member, Roster
+from aos_gcs.mission.fleet.member import Member
+from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.journal import Journal
 from aos_gcs.mission.model.vehicles import Task
-from aos_gcs.ports import Clock, Goto, Hold, Land, Severity
+from aos_gcs.ports import Clock, Goto, Land, Severity
 
 _TOLERANCE_M: Final = 0.2
 """Distance by which vehicles may come too near before a way is withdrawn: they drift while they are on it."""
@@ -48,7 +49,7 @@ class WayWatch:
         if admission.fraction >= 1.0:
             return False
         self._again_at_s[member.vehicle_id] = now_s + _REPEAT_S
-        member.safety_hold = Hold()
+        member.hold_for_safety()
         self._journal.notice(Severity.WARNING, f"stops on its way: {admission.reason}", member.vehicle_id)
         return True
 

@@ -16,7 +16,7 @@ from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.imaging.model import Frame
 from aos_gcs.mission.context import FlightContext
-from aos_gcs.mission.fleet.roster import Member
+from aos_gcs.mission.fleet.member import Member
 from aos_gcs.mission.handler_watch import WORK_S, sign_of_life
 from aos_gcs.mission.model.actions import Refusal
 from aos_gcs.mission.model.vehicles import Task

@@ -10,7 +10,7 @@ import numpy as np
 
 from aos_gcs.airspace.waypoints import WaypointRecord
 from aos_gcs.mission.context import FlightContext
-from aos_gcs.mission.fleet.roster import Member
+from aos_gcs.mission.fleet.member import Member
 from aos_gcs.mission.search.frames.sampling import Sample
 from aos_gcs.mission.search.in_flight.exposing import Exposures
 from aos_gcs.ports import Command, Goto, Hold, Severity

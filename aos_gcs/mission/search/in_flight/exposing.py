@@ -18,7 +18,7 @@ import numpy as np
 from aos_gcs.errors import CaptureError, NoIntervalError
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.fleet import motion
-from aos_gcs.mission.fleet.roster import Member
+from aos_gcs.mission.fleet.member import Member
 from aos_gcs.mission.handler_watch import sign_of_life, unwatched
 from aos_gcs.mission.search.frames.sampling import Sample, Sampler, without
 from aos_gcs.mission.search.in_flight.camera_pace import CameraPace

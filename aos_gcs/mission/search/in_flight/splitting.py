@@ -13,7 +13,7 @@ import numpy as np
 from aos_gcs.airspace.waypoints import WaypointRecord
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.fleet.layers import in_layers
-from aos_gcs.mission.fleet.roster import Member
+from aos_gcs.mission.fleet.member import Member
 from aos_gcs.mission.handler_watch import WORK_S, sign_of_life
 from aos_gcs.mission.model.decisions import Group
 from aos_gcs.mission.model.phase import Phase

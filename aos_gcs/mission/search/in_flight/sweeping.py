@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from aos_gcs.airspace.waypoints import WaypointRecord
 from aos_gcs.mission.context import FlightContext
-from aos_gcs.mission.fleet.roster import Member
+from aos_gcs.mission.fleet.member import Member
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.search.frames.sampling import Sampler
