@@ -110,7 +110,8 @@ def problem_texts(errors: Iterable[Mapping[str, Any]], whole: str, place: str = 
         field = "".join((place, *parts)).removeprefix(".") or whole
         words = _PROBLEMS.get(error["type"])
         if words is None:
-            texts.append(f"{field}: {error['msg'].removeprefix('Value error, ').removesuffix('.')}")
+            told = error["msg"].removeprefix("Value error, ").removesuffix(".")
+            texts.append(f"{field}: {told}" if parts or place else told)
         else:
             limits = {name: f"{one:g}" if isinstance(one, float) else one for name, one in error.get("ctx", {}).items()}
             texts.append(f"{field} {words.format_map(limits)}")

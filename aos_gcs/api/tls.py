@@ -14,6 +14,7 @@ from typing import Any, Final
 
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.extras import load_extra
+from aos_gcs.input_values import require_file
 
 CERTIFICATE_NAME: Final = ".tls.pem"
 KEY_NAME: Final = ".tls.key"
@@ -36,7 +37,10 @@ def server_context(files: TlsFiles) -> ssl.SSLContext:
 
     Raises:
         ConfigurationError: the files cannot be used.
+        InputDataError: one of them is not there.
     """
+    require_file(files.certificate, f"api.tls_cert: the certificate {files.certificate}")
+    require_file(files.key, f"api.tls_key: the key {files.key}")
     context = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)
     context.minimum_version = ssl.TLSVersion.TLSv1_2
     context.set_alpn_protocols(["http/1.1"])

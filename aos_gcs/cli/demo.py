@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -68,8 +69,13 @@ def demo(
         ),
     ] = False,
     swap: Annotated[
-        float, typer.Option(metavar="S", help="Time on the ground for another battery with --batteries, in seconds.")
-    ] = 20.0,
+        float | None,
+        typer.Option(
+            metavar="S",
+            help="Time on the ground for another battery with --batteries, in seconds.",
+            show_default="20.0",
+        ),
+    ] = None,
     origin: Annotated[
         str, typer.Option(help="Launch site: LAT,LON,ALT in degrees and metres above sea level.")
     ] = "48.3,14.3,260",
@@ -83,6 +89,12 @@ def demo(
     """
     from aos_gcs.runtime.simulated.demo import DemoOptions  # noqa: PLC0415 - heavy, only for this command
 
+    if swap is not None and not batteries:
+        raise ConfigurationError("--swap is the time for another battery: it needs --batteries.")
+    if headless and wait:
+        raise ConfigurationError("--wait leaves the launch to the dashboard, which --headless does without: give one.")
+    if headless and operator_code_file is not None:
+        raise ConfigurationError("--headless runs without the dashboard: leave --operator-code-file out.")
     options = DemoOptions(
         vehicles=vehicles,
         seed=seed,
@@ -100,11 +112,12 @@ def demo(
         follow_ground=follow_ground,
         search_mode=search,
         batteries=batteries,
-        swap_s=swap,
         origin_deg=_place(origin),
         folder=folder,
         wait=wait,
     )
+    if swap is not None:
+        options = dataclasses.replace(options, swap_s=swap)
     score = run_until_terminated(_fly(options, as_json, stay=not (headless or exit_when_done)))
     if not (score.person_found and score.landed == score.vehicles):
         raise typer.Exit(EXIT_NOT_FOUND)
@@ -115,6 +128,8 @@ def _place(text: str) -> tuple[float, float, float]:
         latitude_deg, longitude_deg, altitude_amsl_m = map(float, text.split(","))
     except ValueError as error:
         raise ConfigurationError(f"--origin must be LAT,LON,ALT (three numbers), got {text!r}.") from error
+    if not all(map(math.isfinite, (latitude_deg, longitude_deg, altitude_amsl_m))):
+        raise ConfigurationError(f"--origin must be LAT,LON,ALT (three numbers), got {text!r}.")
     return latitude_deg, longitude_deg, altitude_amsl_m
 
 

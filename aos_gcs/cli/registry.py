@@ -10,6 +10,7 @@ import typer
 from typer.core import TyperGroup
 
 from aos_gcs.errors import ConfigurationError
+from aos_gcs.input_values import problem_texts
 
 ENTRY_POINT_GROUP = "aos_gcs.commands"
 
@@ -48,10 +49,24 @@ def group_class(built_in: Mapping[str, str]) -> type[TyperGroup]:
             # Only read from here on; typer's own registration would want a mutable mapping.
             self.commands = commands  # type: ignore[assignment]
 
+        def invoke(self, ctx: Any) -> Any:
+            try:
+                return super().invoke(ctx)
+            except Exception as error:
+                _tell_plainly(error)
+                raise
+
         def list_commands(self, ctx: Any) -> list[str]:  # noqa: ARG002 - typer's signature
             return list(commands)
 
     return Group
+
+
+def _tell_plainly(error: Exception) -> None:
+    """Put the words of this program for those of the library that checks the values of options, where it does."""
+    problems = getattr(error.__cause__, "errors", None)
+    if hasattr(error, "message") and problems is not None:
+        error.message = problem_texts(problems(), "it")[0]
 
 
 def _load(name: str, point: EntryPoint) -> Any:

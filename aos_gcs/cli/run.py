@@ -37,7 +37,9 @@ EXIT_TERMINATED = 128 + signal.SIGTERM
 def run(
     config: Annotated[Path, typer.Argument(help="TOML file; docs/configuration.md describes it.", dir_okay=False)],
     *,
-    port: Annotated[int | None, typer.Option(help="Port of the dashboard; overrides the configuration file.")] = None,
+    port: Annotated[
+        int | None, typer.Option(help="Port of the dashboard; overrides the configuration file.", min=0, max=65535)
+    ] = None,
     operator_code_file: Annotated[Path | None, typer.Option(help=CODE_FILE_HELP, dir_okay=False)] = None,
     tls_cert: Annotated[
         Path | None, typer.Option(help="Certificate (PEM) by which the dashboard is encrypted.", dir_okay=False)
@@ -78,6 +80,18 @@ def run(
     if plan:
         _show_plan(service)
         return
+    if tls and tls_cert is not None:
+        raise ConfigurationError("--tls makes a certificate, and --tls-cert names one: give one of them.")
+    of_dashboard = {
+        "--port": port is not None,
+        "--operator-code-file": operator_code_file is not None,
+        "--tls": tls,
+        "--tls-cert": tls_cert is not None,
+        "--open": open_browser,
+    }
+    for option, is_given in of_dashboard.items():
+        if headless and is_given:
+            raise ConfigurationError(f"--headless runs without the dashboard: leave {option} out, or --headless.")
     if port is not None:
         service.api.port = port
     if operator_code_file is not None:
@@ -90,6 +104,8 @@ def run(
     service.api.open_browser = service.api.open_browser or open_browser
     if headless:
         service.api.enabled = False
+    if not (service.api.enabled or service.mission.auto_start):
+        raise ConfigurationError("Without the dashboard nobody starts the mission: set mission.auto_start to true.")
     stay = service.api.enabled and not exit_when_done
     if not run_until_terminated(_fly(service, _beginning(service, continued), stay=stay)):
         raise typer.Exit(EXIT_FAILED)

@@ -23,8 +23,10 @@ def read_config(path: Path) -> ServiceConfig:
     """
     try:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigurationError(f"Cannot read the configuration {path}: {error}.") from error
+    except OSError as error:
+        raise ConfigurationError(f"Cannot read the configuration {path}: {error.strerror or error}.") from error
+    except UnicodeDecodeError as error:
+        raise ConfigurationError(f"{path} is no text file (UTF-8): name the TOML file.") from error
     except tomllib.TOMLDecodeError as error:
         raise ConfigurationError(f"{path} is not valid TOML: {error}.") from error
     return parse_config(table, source=str(path))

@@ -170,6 +170,11 @@ def _vehicle_ids(config: ServiceConfig) -> tuple[int, ...]:
     vehicle_ids = tuple(sorted(set(mission.vehicle_ids)))
     if len(vehicle_ids) != len(mission.vehicle_ids):
         raise ConfigurationError("mission.vehicle_ids names a vehicle twice.")
+    if config.link.system_id in vehicle_ids:
+        raise ConfigurationError(
+            f"link.system_id {config.link.system_id} is that of a vehicle in mission.vehicle_ids: give the station "
+            "another one, such as 254."
+        )
     if mission.vehicles not in {None, len(vehicle_ids)}:
         raise ConfigurationError(
             f"mission: vehicle_ids names {len(vehicle_ids)} vehicles, but vehicles is {mission.vehicles}; leave it out."

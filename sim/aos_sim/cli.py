@@ -55,6 +55,7 @@ from aos_sim.world_options import (
 
 _log = logging.getLogger(__name__)
 
+MAX_WIND_MPS = 50.0
 _LATEST_UTC_S = 4_102_444_800.0
 """Latest start of a clock: the year 2100."""
 
@@ -168,6 +169,10 @@ def sim(
             f"--clock-start must be seconds since the Unix epoch, 0 to {_LATEST_UTC_S:.0f}, but is {clock_start:g}; "
             "leave it out for this computer's time."
         )
+    if terrain_only and terrain_file is None:
+        raise ConfigurationError("--terrain-only writes the ground and exits: name its --terrain-file.")
+    if wind is not None and not 0.0 <= wind <= MAX_WIND_MPS:
+        raise ConfigurationError(f"--wind must lie within 0 and {MAX_WIND_MPS:g} m/s, got {wind:g}.")
     model = error_model(errors).with_wind(wind)
     options = SwarmOptions(
         vehicles=vehicles,

@@ -18,6 +18,7 @@ from aos_sim.packets import Parser
 GROUND_STATIONS = 8
 """Peers of a vehicle that listens."""
 MAX_BACKLOG_BYTES = 65_536
+MAX_PORT = 65_535
 
 Address = tuple[str, int]
 OnMessage = Callable[[mavlink.MAVLink_message, Address], None]
@@ -66,9 +67,16 @@ class LinkAddress:
         return cls(kind, host, port)
 
     def for_vehicle(self, index: int) -> LinkAddress:
-        """Return the address for the vehicle with this place in the swarm, from 0."""
+        """Return the address for the vehicle with this place in the swarm, from 0.
+
+        Raises:
+            ConfigurationError: there is no such port.
+        """
         listens = self.kind in (LinkKind.UDP_IN, LinkKind.TCP_IN)
-        return LinkAddress(self.kind, self.host, self.port + index if listens else self.port)
+        port = self.port + index if listens else self.port
+        if port > MAX_PORT:
+            raise ConfigurationError(f"The link {self} has no port for vehicle {index + 1}: ports end at {MAX_PORT}.")
+        return LinkAddress(self.kind, self.host, port)
 
 
 class Endpoint(ABC):

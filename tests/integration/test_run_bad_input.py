@@ -24,6 +24,7 @@ urls = ["udpin://127.0.0.1:{port}"]
 [mission]
 vehicles = 2
 any_vehicles = true
+auto_start = true
 area_enu_m = [[-10, 0], [10, 0], [10, 50], [-10, 50]]
 [api]
 enabled = false
@@ -94,6 +95,7 @@ def refusal_of_file(tmp_path: Path, free_port: int, refusal):
         (("--animals", "101"), "--animals must lie within 0 and 100"),
         (("--stones", "-1"), "--stones must lie within 0 and 100"),
         (("--origin", "48.3,14.3"), "--origin must be LAT,LON,ALT (three numbers), got '48.3,14.3'"),
+        (("--origin", "nan,14.3,0"), "--origin must be LAT,LON,ALT (three numbers), got 'nan,14.3,0'"),
     ],
 )
 def test_options_of_the_demo(
@@ -153,6 +155,50 @@ def test_a_missing_file(tmp_path: Path, refusal) -> None:
     assert "Cannot read the configuration" in refusal("run", str(tmp_path / "none.toml"))
 
 
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (("--headless", "--open"), "--headless runs without the dashboard: leave --open out, or --headless."),
+        (("--headless", "--port", "8080"), "--headless runs without the dashboard: leave --port out"),
+        (("--tls", "--tls-cert", "c.pem"), "--tls makes a certificate, and --tls-cert names one: give one of them."),
+        (("--tls-key", "k.pem"), "--tls-key needs --tls-cert."),
+        (("--tls-cert", "c.pem"), "api.tls_cert: the certificate c.pem does not exist; check the path."),
+    ],
+)
+def test_options_that_contradict_each_other(
+    tmp_path: Path, free_port: int, refusal, options: tuple[str, ...], sentence: str
+) -> None:
+    file = tmp_path / "mission.toml"
+    text = CONFIGURATION.format(port=free_port, folder=tmp_path / "missions").replace("enabled = false", "port = 0")
+    file.write_text(text, encoding="utf-8")
+    assert sentence in refusal("run", str(file), *options)
+
+
+@pytest.mark.parametrize("port", ["-1", "65536"])
+def test_a_port_that_does_not_exist(tmp_path: Path, capsys: pytest.CaptureFixture[str], port: str) -> None:
+    file = tmp_path / "mission.toml"
+    file.write_text(CONFIGURATION.format(port=1, folder=tmp_path / "missions"), encoding="utf-8")
+    assert exit_status(["run", str(file), "--port", port]) == 2
+    assert "Invalid value for '--port': it must be at " in capsys.readouterr().err
+
+
+def test_binary_in_place_of_text(tmp_path: Path, refusal) -> None:
+    (tmp_path / "c.toml").write_bytes(bytes(range(128, 256)))
+    assert "c.toml is no text file (UTF-8): name the TOML file." in refusal("run", str(tmp_path / "c.toml"))
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (("--swap", "5"), "--swap is the time for another battery: it needs --batteries."),
+        (("--headless", "--wait"), "--wait leaves the launch to the dashboard, which --headless does without"),
+        (("--headless", "--operator-code-file", "code"), "leave --operator-code-file out"),
+    ],
+)
+def test_options_of_the_demo_that_contradict_each_other(refusal, options: tuple[str, ...], sentence: str) -> None:
+    assert sentence in refusal("demo", *options)
+
+
 def test_invalid_toml(tmp_path: Path, refusal) -> None:
     file = tmp_path / "broken.toml"
     file.write_text("[link", encoding="utf-8")
@@ -190,6 +236,7 @@ def test_fields_of_the_file(refusal_of_file, end: str, sentence: str) -> None:
         ("[link]", "[link]\ndriver = 'telepathy'", "unknown driver 'telepathy'; known are: mavlink"),
         ("area_enu_m = [[-10, 0], ", "area_deg = [[10.0, 0], ", "mission.area_deg needs mission.origin_deg"),
         ("[10, 50], [-10, 50]", "[-10, 50], [10, 50]", "mission.area_enu_m must not cross"),
+        ("auto_start = true", "", "Without the dashboard nobody starts the mission: set mission.auto_start to true."),
         ("area_enu_m", "scan_heading_deg = 400\narea_enu_m", "mission.scan_heading_deg"),
     ],
 )

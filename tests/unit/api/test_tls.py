@@ -24,7 +24,7 @@ from aos_gcs.api.server import serve
 from aos_gcs.api.tls import TlsFiles, fingerprint, local_addresses, own_certificate, server_context
 from aos_gcs.clock import LoopClock
 from aos_gcs.config.model import ApiConfig
-from aos_gcs.errors import ConfigurationError
+from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.runtime.encryption import address_for_phones, qr_text, tls_files, with_certificate
 from tests.fakes.app import app_of, client_at, stream_at
 from tests.fakes.mission import ScriptedMission
@@ -119,9 +119,12 @@ def test_the_own_certificate_stays_until_it_expires(tmp_path: Path) -> None:
 
 def test_certificates_that_cannot_be_used_are_named(tmp_path: Path, files: TlsFiles) -> None:
     other = own_certificate(tmp_path, NOW)
-    for wrong in (TlsFiles(files.certificate, other.key), TlsFiles(tmp_path / "missing", other.key)):
-        with pytest.raises(ConfigurationError, match=r"api\.tls_cert, api\.tls_key: .* cannot be used"):
-            server_context(wrong)
+    with pytest.raises(ConfigurationError, match=r"api\.tls_cert, api\.tls_key: .* cannot be used"):
+        server_context(TlsFiles(files.certificate, other.key))
+    with pytest.raises(InputDataError, match=r"api\.tls_cert: the certificate .*missing does not exist"):
+        server_context(TlsFiles(tmp_path / "missing", other.key))
+    with pytest.raises(InputDataError, match=r"api\.tls_key: the key .*missing does not exist"):
+        server_context(TlsFiles(files.certificate, tmp_path / "missing"))
     other.certificate.write_text("rubbish")
     with pytest.raises(ConfigurationError, match="Remove it, and a new one is made"):
         own_certificate(tmp_path, NOW)

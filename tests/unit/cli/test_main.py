@@ -192,3 +192,19 @@ def test_the_log_level_is_applied(monkeypatch: pytest.MonkeyPatch, capsys: pytes
     assert "a detail" not in text
     assert run("--log-level", "debug", "chat") == 0
     assert "a detail" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("replay", "folder", "--port", "70000"), "'--port': it must be at most 65535"),
+        (("replay", "folder", "--port", "many"), "'--port': it must be a whole number"),
+        (("lab", "calibrate", "--worlds", "1"), "'--worlds': it must be at least 2"),
+        (("report", "folder", "--notation", "polar"), "'--notation': 'polar' is not one of 'decimal', 'dms'"),
+    ],
+)
+def test_values_of_options_are_refused_in_plain_words(
+    capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], words: str
+) -> None:
+    assert run(*arguments) == 2
+    assert words in " ".join(capsys.readouterr().err.replace("│", " ").split())

@@ -218,7 +218,7 @@ def test_nothing_is_flown_where_there_is_nothing_to_continue(
 ) -> None:
     configured(tmp_path)
     MissionDatabase(tmp_path / "empty", {}).close()
-    assert run("run", tmp_path / "mission.toml", "--headless", "--continue", tmp_path / "empty") == 2
+    assert run("run", tmp_path / "mission.toml", "--continue", tmp_path / "empty") == 2
     assert "no map of searched ground" in capsys.readouterr().err
 
 

@@ -154,6 +154,10 @@ def test_named_vehicles_are_counted() -> None:
         ({"mission": {"vehicles": None}}, "give the vehicles that fly"),
         ({"mission": {"vehicle_ids": [1, 2]}}, "names 2 vehicles, but vehicles is 3"),
         ({"mission": {"vehicle_ids": [1, 2, 2]}}, "names a vehicle twice"),
+        (
+            {"link": {"urls": ["udpin://:14550"], "system_id": 2}, "mission": {"vehicle_ids": [1, 2, 3]}},
+            "link.system_id 2 is that of a vehicle in mission.vehicle_ids",
+        ),
         ({"mission": {"vehicle_ids": [1, 2, 3], "any_vehicles": True}}, "either vehicle_ids or any_vehicles"),
         ({"mission": {"area_enu_m": None, "auto_start": True}}, "only a mission that waits for an operator"),
         ({"mission": {"area_enu_m": None}, "api": {"enabled": False}}, "only a mission that waits for an operator"),

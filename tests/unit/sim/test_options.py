@@ -29,3 +29,19 @@ def test_files_that_cannot_be_written_are_refused(
 def test_a_clock_that_starts_at_no_time_is_refused(start: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert exit_status([*SIM, f"--clock-start={start}"]) == 2
     assert "--clock-start must be seconds since the Unix epoch" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--terrain-only",), "--terrain-only writes the ground and exits: name its --terrain-file"),
+        (("--wind", "1e9"), "--wind must lie within 0 and 50 m/s"),
+        (("--wind", "nan"), "--wind must lie within 0 and 50 m/s"),
+        (("--vehicles", "5", "--link", "udpin://127.0.0.1:65533"), "has no port for vehicle 4: ports end at 65535"),
+    ],
+)
+def test_what_cannot_be_simulated_is_refused(
+    options: tuple[str, ...], words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert exit_status([*SIM, *options]) == 2
+    assert words in capsys.readouterr().err
