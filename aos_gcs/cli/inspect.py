@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from aos_gcs.errors import InputDataError
+from aos_gcs.errors import ConfigurationError, InputDataError
 
 if TYPE_CHECKING:
     from aos_gcs.store.audit import AuditEntry, AuditReport
@@ -63,7 +63,12 @@ def inspect(
     from aos_gcs.store.reader import MissionReader  # noqa: PLC0415
     from aos_gcs.store.summary import summarise  # noqa: PLC0415
 
-    if audit or audit_digest is not None:
+    verifies = audit or audit_digest is not None
+    if verifies and (steps or truth is not None or truth_report is not None):
+        raise ConfigurationError("--audit verifies the chain and shows nothing else: leave --steps and --truth out.")
+    if truth_report is not None and truth is None:
+        raise ConfigurationError("--truth-report adds to --truth: give the world file of the same simulator, too.")
+    if verifies:
         _verify_audit(mission_dir, audit_digest, as_json=as_json)
         return
     with MissionReader(mission_dir) as reader:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -110,11 +111,18 @@ def document_frame(
     """Return the text around the written part of an existing document, such as a discussion, or that of a new one.
 
     Raises:
-        ConfigurationError: the document exists without the marks, so that writing it would lose text.
+        ConfigurationError: the document exists without the marks, so that writing it would lose text, or it cannot be
+            written.
     """
+    folder = path.absolute().parent
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise ConfigurationError(f"--document {path} cannot be written: make its folder, or name another one.")
     if not path.exists():
         return DocumentFrame(f"{title}\n\n", "", begin_mark)
-    text = path.read_text(encoding="utf-8")
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigurationError(f"--document {path} is no text file that can be renewed: name another one.") from error
     before, begin, rest = text.partition(begin_mark)
     _, end, after = rest.partition(END_MARK)
     if not (begin and end):

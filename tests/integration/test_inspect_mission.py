@@ -119,6 +119,11 @@ def test_a_killed_mission_holds_every_step_that_was_flushed(
     assert "not closed" in capsys.readouterr().out
 
 
+def test_a_report_of_the_simulator_needs_its_world(finished: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert inspect(finished, "--truth-report", finished / "report.json") == 2
+    assert "--truth-report adds to --truth" in capsys.readouterr().err
+
+
 def test_a_killed_mission_is_a_sound_database(broken_off: Path) -> None:
     connection = sqlite3.connect(broken_off / "mission.sqlite")
     assert connection.execute("PRAGMA integrity_check").fetchone() == ("ok",)

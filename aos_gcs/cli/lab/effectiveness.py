@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from aos_gcs.cluster import check_jobs
-from aos_gcs.errors import ConfigurationError
+from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.process import use_one_opencv_thread
 
 
@@ -97,7 +97,7 @@ def fit_person(
         labelled_bodies,
         summarise,
     )
-    from aos_gcs.lab.effectiveness.store import read_results  # noqa: PLC0415
+    from aos_gcs.lab.effectiveness.store import SCENES_FILE, read_results  # noqa: PLC0415
 
     if folds < 0 or folds == 1:
         raise ConfigurationError(f"--folds must be 0 or at least 2, but is {folds}.")
@@ -105,6 +105,9 @@ def fit_person(
         raise ConfigurationError(f"--odds must be above 0, but is {odds:g}.")
     check_suffix("--out", out, ".json")
     check_writable(out)
+    for folder in study:
+        if not (folder / SCENES_FILE).is_file():
+            raise InputDataError(f"--study {folder} holds no scenes: give the --out of aos-gcs lab effectiveness.")
     results = [result for folder in study for result in read_results(folder)]
     evidence, is_person = labelled_bodies(results)
     fitted = fit_person_model(evidence, is_person, odds)

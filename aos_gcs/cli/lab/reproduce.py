@@ -33,6 +33,7 @@ def reproduce(
     This takes hours; after an interruption the same command continues.
     """
     from aos_gcs.cli.output import progress  # noqa: PLC0415 - keeps the other commands' help fast
+    from aos_gcs.exports.files import check_folder  # noqa: PLC0415
     from aos_gcs.lab.calibration import single_view_visibility  # noqa: PLC0415
     from aos_gcs.lab.document import document_frame, write_document  # noqa: PLC0415
     from aos_gcs.lab.scenario import parse_scenario  # noqa: PLC0415
@@ -43,6 +44,8 @@ def reproduce(
         with progress(title, len(results.missing())) as advance:
             compute(results, advance, jobs=jobs, scheduler=scheduler)
 
+    check_folder(out)
+    out.mkdir(parents=True, exist_ok=True)
     path = document or out / "results.md"
     frame = document_frame(path)  # Before hours of work: a document that cannot be renewed is refused at once.
     results = run_studies(out, initialisations, compute_study)

@@ -67,6 +67,7 @@ class StudySettings:
     """Steps that follow, with rendered frames through the imaging engine; the decision rests on them."""
 
     def __post_init__(self) -> None:
+        make_strategy(self.strategy, {})
         if not 2 <= self.vehicles <= 100:
             raise ConfigurationError(f"vehicles must lie within 2 and 100, got {self.vehicles}.")
         if not 64 <= self.image_size_px <= 2048:

@@ -12,6 +12,7 @@ from aos_gcs.imaging.model import SurfaceKind
 from aos_gcs.lab.flights import LEVEL_GROUND
 from aos_gcs.lab.spacing import Spacing, spacing_for
 from aos_gcs.planning.search_settings import GREATEST_POD, LEAST_POD, LookOrder, SearchMode
+from aos_gcs.swarm.registry import make_strategy
 
 HERE_M = 3.0
 """A claim farther from every person than this is a false one."""
@@ -93,6 +94,14 @@ class MissionsSettings:
                 raise ConfigurationError(f"{name} must lie within {low} and {high}, but is {getattr(self, name):g}.")
         self.spacing("")
 
+    def check_strategy(self) -> None:
+        """Refuse a strategy that is not installed.
+
+        Raises:
+            ConfigurationError: there is none of this name.
+        """
+        make_strategy(self.strategy, {})
+
     def spacing(self, errors: str) -> Spacing:
         """Return how far apart vehicles stand and fly that have errors of this grade."""
         return spacing_for(errors, self.layer_spacing_m, self.launch_spacing_m)
@@ -171,13 +180,16 @@ def mission_keys(
     """Return the missions of a study: so many of both kinds for each density, condition and grade of errors.
 
     Raises:
-        ConfigurationError: there is none.
+        ConfigurationError: there is none, or one is named twice.
     """
     if seed < 0 or min(with_person, without_person) < 0 or with_person + without_person < 1:
         raise ConfigurationError(
             f"--seed, --missions and --no-person must be at least 0, one of the latter at least 1, but are {seed}, "
             f"{with_person} and {without_person}."
         )
+    for name, values in (("--conditions", conditions), ("--errors", errors)):
+        if len(set(values)) < len(values):
+            raise ConfigurationError(f"{name} must name each one once, but is {','.join(values)}.")
     kinds = ((True, with_person), (False, without_person))
     return tuple(
         MissionKey(trees_per_ha, condition, grade, has_person, seed + number)

@@ -94,8 +94,10 @@ class SearchStudySettings:
             raise ConfigurationError(f"spread must lie within 0.01 and 10, but is {self.spread:g}.")
         if self.spread is None and Method.PRIOR in self.methods:
             raise ConfigurationError("the method prior needs --spread: without it persons are anywhere in the area.")
-        if not self.methods:
-            raise ConfigurationError(f"methods must name at least one of {', '.join(Method)}.")
+        if not self.methods or len(set(self.methods)) < len(self.methods):
+            raise ConfigurationError(f"methods must name one or more of {', '.join(Method)}, each once.")
+        if self.images < 0:
+            raise ConfigurationError(f"images must be at least 0, but is {self.images}.")
 
 
 @dataclass(frozen=True, slots=True, order=True)

@@ -88,8 +88,11 @@ def check_flights(settings: MissionsSettings, keys: Iterable[MissionKey]) -> Non
     """Have the simulator refuse what it cannot build before the first mission is flown, by worlds without trees.
 
     Raises:
-        ConfigurationError: no simulator is installed, or it refuses a condition, a grade of errors or the terrain.
+        ConfigurationError: there is no such strategy or search mode, no simulator is installed, or it refuses a
+            condition, a grade of errors or the terrain.
     """
+    settings.check_strategy()
+    search_settings(settings.search_mode)
     for conditions, errors in sorted({(key.conditions, key.errors) for key in keys}):
         build_flight(
             FlightParameters(

@@ -172,6 +172,9 @@ def test_the_command_tells_and_returns_what_it_has_found(folder: Path, capsys: p
     tamper(folder, "DROP TABLE audit")
     assert inspect(folder) == 2
     assert inspect(folder / "frames") == 2
+    capsys.readouterr()
+    assert inspect(folder, "--steps") == 2
+    assert "leave --steps and --truth out" in capsys.readouterr().err
 
 
 def test_a_noted_digest_is_found_however_it_was_written_down(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
