@@ -87,12 +87,14 @@ def list_accounts(file: File) -> None:
 @accounts.command("remove")
 def remove(file: File, name: Name) -> None:
     """Remove an account. A running service ends its sessions within a second."""
+    _require_accounts(file)
     AccountFile(file).remove(name)
 
 
 @accounts.command("role")
 def role(file: File, name: Name, role: RoleOption) -> None:
     """Give an account another role. A running service applies it within a second."""
+    _require_accounts(file)
     AccountFile(file).set_role(name, Role(role))
 
 
@@ -106,6 +108,7 @@ def password(
     ] = None,
 ) -> None:
     """Set another password for an account, such as a forgotten one. Its sessions end."""
+    _require_accounts(file)
     AccountFile(file).set_password(name, _password(password_file))
 
 

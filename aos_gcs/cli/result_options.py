@@ -143,6 +143,8 @@ class ResultOptions:
             raise ConfigurationError("--thumbnails shows the rows of a table: request one with --blobs FILE.")
         if self.min_score is not None and not self.min_score >= 0.0:
             raise ConfigurationError(f"--min-score must not be negative, got {self.min_score:g}.")
+        if self.min_score is not None and self.wanted_detector is None:
+            raise ConfigurationError("--min-score is for anomalies: request them with --anomaly or --blobs.")
         paths = [path for path in (self.out, self.count, self.png, *self.anomaly, self.blobs) if path is not None]
         paths += [world_file_path(path) for path in self._pictures()] if self.ortho else []
         if len({path.absolute() for path in paths}) < len(paths):
@@ -153,6 +155,7 @@ class ResultOptions:
             check_folder(self.thumbnails)
         _check_suffix("--out", (self.out,), RASTER_SUFFIXES)
         _check_suffix("--count", (self.count,), RASTER_SUFFIXES)
+        _check_suffix("--png", (self.png,), (".png",))
         _check_suffix("--anomaly", self.anomaly, (*RASTER_SUFFIXES, ".png"))
         _check_suffix("--blobs", (self.blobs,), tuple(FORMATS))
         if not self.ortho:

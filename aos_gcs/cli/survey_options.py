@@ -22,7 +22,7 @@ from aos_gcs.input_values import printable
 from aos_gcs.surveys.conventions import NAMES, PoseConvention, parse_convention
 from aos_gcs.surveys.model import Survey, SurveyImage
 from aos_gcs.surveys.photos import read_photos
-from aos_gcs.surveys.poses_file import is_place, read_poses
+from aos_gcs.surveys.poses_file import MAX_ALTITUDE_M, is_place, read_poses
 from aos_gcs.surveys.radiometric.dji import find_library
 from aos_gcs.surveys.radiometric.settings import MeasurementConditions, TemperatureSettings
 
@@ -231,8 +231,10 @@ def open_survey(
         for name, value in (("--origin", origin), ("--convention", convention)):
             if value is not None:
                 raise ConfigurationError(f"{name} applies to --poses: photographs have positions in their metadata.")
-        if ground_amsl_m is not None and not math.isfinite(ground_amsl_m):
-            raise ConfigurationError(f"--ground must be a finite number of metres, got {ground_amsl_m}.")
+        if ground_amsl_m is not None and not abs(ground_amsl_m) <= MAX_ALTITUDE_M:
+            raise ConfigurationError(
+                f"--ground must lie between {-MAX_ALTITUDE_M:,.0f} and {MAX_ALTITUDE_M:,.0f} m, got {ground_amsl_m:g}."
+            )
         survey = read_photos(
             folder,
             ground_amsl_m=ground_amsl_m,
@@ -334,6 +336,8 @@ def _conditions(text: str) -> MeasurementConditions:
         if name.strip() not in _SCENE:
             raise ConfigurationError(f"--degrees needs 'recorded' or NAME=VALUE of {', '.join(_SCENE)}, got {part!r}.")
         field, least, most = _SCENE[name.strip()]
+        if field in values:
+            raise ConfigurationError(f"--degrees gives {name.strip()} twice: leave one out.")
         number = parse_numbers(value)
         if len(number) != 1 or not least <= number[0] <= most:
             raise ConfigurationError(

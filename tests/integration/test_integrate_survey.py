@@ -206,7 +206,11 @@ BAD_OPTIONS: dict[str, tuple[tuple[object, ...], str]] = {
     "fisheye": (("--ortho", 1, "--fisheye", "1,2,3,4,5"), "--fisheye needs 4 finite coefficients"),
     "lens and fisheye": (("--ortho", 1, "--lens", "0,0,0,0", "--fisheye", "0,0,0,0"), "--lens and --fisheye exclude"),
     "origin": (("--ortho", 1, "--origin", "48,14"), "photographs have positions in their metadata"),
-    "ground": (("--ortho", 1, "--ground", "nan"), "--ground must be a finite number"),
+    "ground": (("--ortho", 1, "--ground", "nan"), "--ground must lie between -20,000 and 20,000 m"),
+    "endless ground": (("--ortho", 1, "--ground", "1e308"), "--ground must lie between -20,000 and 20,000 m"),
+    "picture": (("--ortho", 1, "--png", "map.jpg"), r"--png map\.jpg: the name must end in one of \.png"),
+    "score of nothing": (("--ortho", 1, "--min-score", 5), "--min-score is for anomalies: request them with --anomaly"),
+    "degrees twice": (("--ortho", 1, "--degrees", "air=1,air=2"), "--degrees gives air twice: leave one out"),
     "ground above": (("--ortho", 1, "--ground", 900), "No image has the focal surface in front of its camera"),
     "region": (("--ortho", 1, "--plane-z", 0, "--focus-region", "0,0,1,1"), "--focus-region requires --autofocus"),
     "region of no area": (

@@ -94,3 +94,13 @@ def test_an_invitation_needs_the_page_and_a_file_of_accounts(
     assert run("invite", str(tmp_path / "b.json"), "--role", "analyst", "--url", "https://10.0.0.5/") == 2
     assert "does not exist" in capsys.readouterr().err
     assert not (tmp_path / "b.json").exists()
+
+
+@pytest.mark.parametrize("command", [("remove",), ("role", "--role", "analyst"), ("password", "--password-file", "p")])
+def test_accounts_of_a_file_that_does_not_exist_cannot_be_changed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], command: tuple[str, ...]
+) -> None:
+    missing = tmp_path / "acounts.json"
+    assert run(command[0], str(missing), "Ada", *command[1:]) == 2
+    assert f"{missing} does not exist. Check the path" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
