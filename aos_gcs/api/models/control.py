@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import Field
+from pydantic import Field, StrictBool
 
 from aos_gcs.api.access.control import MAX_REASON
 from aos_gcs.api.models.base import WireModel
@@ -23,7 +23,7 @@ class ControlAnswer(WireModel):
     """Answer to an operator who asks for control."""
 
     operator: Annotated[str, Field(max_length=40)]
-    granted: bool
+    granted: StrictBool
 
 
 class TakeControlRequest(WireModel):

@@ -81,8 +81,8 @@ Comment = Annotated[str, Field(max_length=2000)]
 class FindingRequest(WireModel):
     """A place that an operator marks."""
 
-    latitude_deg: Annotated[float, Field(ge=-90.0, le=90.0, allow_inf_nan=False)]
-    longitude_deg: Annotated[float, Field(ge=-180.0, le=180.0, allow_inf_nan=False)]
+    latitude_deg: Annotated[float, Field(strict=True, ge=-90.0, le=90.0, allow_inf_nan=False)]
+    longitude_deg: Annotated[float, Field(strict=True, ge=-180.0, le=180.0, allow_inf_nan=False)]
     comment: Comment = ""
 
 

@@ -121,12 +121,15 @@ class MissionModel(WireModel):
     allowed_actions: list[Action] = Field(description="Actions worth offering now; a request can still be refused.")
 
 
+SystemId = Annotated[int, Field(strict=True, ge=1, le=255)]
+
+
 class ActionRequest(WireModel):
     """An operator's action for the vehicles named, or for the whole mission when ``vehicle_ids`` is null."""
 
     action: Action
-    vehicle_ids: Annotated[list[Annotated[int, Field(ge=1, le=255)]], Field(min_length=1, max_length=255)] | None = None
-    focal_height_m: Annotated[float, Field(allow_inf_nan=False)] | None = Field(
+    vehicle_ids: Annotated[list[SystemId], Field(min_length=1, max_length=255)] | None = None
+    focal_height_m: Annotated[float, Field(strict=True, allow_inf_nan=False)] | None = Field(
         None, description="For the action focus: metres above the origin, or null for autofocus."
     )
     request_id: str | None = Field(

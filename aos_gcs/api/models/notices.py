@@ -35,4 +35,4 @@ class AcknowledgementModel(WireModel):
 class AcknowledgeRequest(WireModel):
     """Notices that an operator acknowledges."""
 
-    notice_ids: Annotated[list[Annotated[int, Field(ge=1)]], Field(min_length=1, max_length=200)]
+    notice_ids: Annotated[list[Annotated[int, Field(strict=True, ge=1)]], Field(min_length=1, max_length=200)]

@@ -19,7 +19,7 @@ Longitude = Annotated[float, Field(ge=-180.0, le=180.0)]
 
 
 class _FiniteModel(WireModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, strict=True)
 
 
 class PlaceModel(_FiniteModel):
@@ -69,6 +69,7 @@ class PlanModel(_FiniteModel):
     cruise_speed_mps: Annotated[float, Field(gt=0.0)] = 10.0
     search_mode: SearchMode = Field(
         default=SearchSettings().mode,
+        strict=False,  # it is text in a request
         description="Flight along the legs while nothing is in view: without stops, or hovering for each frame.",
     )
     search_speed_mps: Annotated[float, Field(gt=0.0)] = Field(

@@ -34,7 +34,7 @@ class PreflightCheckModel(WireModel):
 class OverrideRequest(WireModel):
     """Request to override a failed check, or to withdraw the override."""
 
-    vehicle_id: Annotated[int, Field(ge=0, le=255)]
+    vehicle_id: Annotated[int, Field(strict=True, ge=0, le=255)]
     check: Annotated[str, Field(min_length=1, max_length=40)] = Field(description="The check's name.")
     reason: Annotated[str, Field(min_length=1, max_length=500)] | None = Field(
         description="Reason for the audit log; null withdraws an override."

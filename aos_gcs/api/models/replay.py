@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import Field
+from pydantic import Field, StrictBool
 
 from aos_gcs.api.models.base import WireModel
 from aos_gcs.mission.model.findings import FindingStatus
@@ -66,9 +66,9 @@ class TimelineModel(WireModel):
 class ReplayRequest(WireModel):
     """Changes to a replay; null leaves a field as it is."""
 
-    time_s: Annotated[float, Field(allow_inf_nan=False)] | None = None
-    speed: Annotated[float, Field(gt=0.0, allow_inf_nan=False)] | None = None
-    playing: bool | None = None
+    time_s: Annotated[float, Field(strict=True, allow_inf_nan=False)] | None = None
+    speed: Annotated[float, Field(strict=True, gt=0.0, allow_inf_nan=False)] | None = None
+    playing: StrictBool | None = None
     mission_id: Annotated[str, Field(min_length=1, max_length=200)] | None = Field(
         default=None, description="Show another sortie of the operation, from its beginning; the rest applies to it."
     )

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from typing import Annotated, Final, Literal
 
-from pydantic import Field, TypeAdapter
+from pydantic import Field, StrictBool, TypeAdapter
 
 from aos_gcs.api.models.base import WireModel
 from aos_gcs.geometry.notations import Notation
@@ -24,7 +24,7 @@ class WallRequest(WireModel):
 
     kind: Literal["watch"] = "watch"
     tiles: Annotated[list[TileText], Field(max_length=64)]
-    large: bool = Field(default=False, description="Whether the one tile comes in the size for a full screen.")
+    large: StrictBool = Field(default=False, description="Whether the one tile comes in the size for a full screen.")
     rate_hz: float | None = Field(
         default=None, gt=0.0, le=100.0, allow_inf_nan=False, description="Pictures per tile and second, at most."
     )

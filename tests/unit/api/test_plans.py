@@ -98,7 +98,12 @@ async def test_the_engine_proposes_in_the_units_of_the_request(client: httpx.Asy
         ({"area": [{"latitude_deg": 91.0, "longitude_deg": 0.0}]}, "area[0].latitude_deg"),
         ({"area": [[48.0, 14.0]]}, "area[0]"),
         ({"scan_heading_deg": 400}, "scan_heading_deg"),
-        ({"altitude": 30}, "altitude"),
+        ({"altitude": 30}, "altitude is unknown"),
+        ({"vehicles": True}, "vehicles must be a whole number"),
+        ({"vehicles": "3"}, "vehicles must be a whole number"),
+        ({"lowest_layer_m": "40"}, "lowest_layer_m must be a number"),
+        ({"split": "yes"}, "split must be true or false"),
+        ({"search_mode": "fast"}, "search_mode must be 'continuous' or 'stops'"),
     ],
 )
 async def test_what_is_no_plan_is_refused(client: httpx.AsyncClient, changes: dict[str, Any], place: str) -> None:

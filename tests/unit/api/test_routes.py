@@ -171,7 +171,10 @@ async def test_action_that_the_phase_forbids_is_a_conflict(client: httpx.AsyncCl
         ({}, "action"),
         ({"action": "hold", "vehicle_ids": []}, "vehicle_ids"),
         ({"action": "hold", "vehicle_ids": [0]}, "vehicle_ids"),
-        ({"action": "hold", "vehicles": [1]}, "vehicles"),
+        ({"action": "hold", "vehicles": [1]}, "vehicles is unknown"),
+        ({"action": "hold", "vehicle_ids": [True]}, "vehicle_ids[0] must be a whole number"),
+        ({"action": "hold", "vehicle_ids": ["1"]}, "vehicle_ids[0] must be a whole number"),
+        ({"action": "focus", "focal_height_m": "2"}, "focal_height_m must be a number"),
     ],
 )
 async def test_request_that_cannot_be_understood(
