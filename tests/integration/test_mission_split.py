@@ -13,60 +13,31 @@ from aos_gcs.airspace.limits import UNLIMITED, SafetyOverrides
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.decisions import Group
 from aos_gcs.mission.model.phase import Outcome, Phase
-from aos_gcs.mission.model.steps import StepRecord
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.search.in_flight.splitting import NEAR_M
 from aos_gcs.planning.search_settings import LookOrder, SearchSettings
-from aos_gcs.planning.settings import DetectionSettings, FlightSettings, PreflightSettings
+from aos_gcs.planning.settings import FlightSettings
 from aos_gcs.ports import Goto
 from aos_gcs.runtime.recorded.verification import Verification, verify_mission
 from aos_gcs.runtime.simulated.virtual_time import run as run_virtually
 from aos_gcs.store.reader import MissionReader
 from tests.fakes.fleet import FakeVehicle
-from tests.fakes.mission_flight import EXACT, Flight, flying, lose, prepare, take_over
+from tests.fakes.mission_flight import Flight, flying, lose, take_over
 from tests.fakes.recorded_search import write_search
+from tests.fakes.split_flight import (
+    AREA,
+    LONG_LOOK,
+    is_catching_up,
+    is_scanned_on,
+    norths_m,
+    reached_m,
+    split_flight,
+    steps_of,
+    vehicles_of,
+    waits,
+)
 
 virtual = pytest.mark.looptime
-
-PERSON = (3.0, 40.0)
-AREA = ((-15.0, 10.0), (15.0, 10.0), (15.0, 120.0), (-15.0, 120.0))
-LONG_LOOK = DetectionSettings(threshold_m2=0.3, found_min_count=2, hold_steps=12)
-CLOSE_LAYERS = FlightSettings(layer_spacing_m=2.0)
-"""Layers from which all eight see the person large enough; there are no gusts."""
-OVERRIDDEN = PreflightSettings(True, overrides=dict.fromkeys(("home altitude", "altitude accuracy"), "no gusts"))
-SPLIT = SearchSettings(split=True, looks=LookOrder.FIRST)
-"""Looks come as soon as something is in view."""
-WAITS = "The vehicles that scan on stop and wait for the close look: "
-
-
-def split_flight(
-    n: int = 8, target: tuple[float, float] = PERSON, *, search: SearchSettings | None = None, **changes: object
-) -> Flight:
-    defaults = {"area_enu_m": AREA, "camera_delay_s": 0.6, "errors": EXACT, "detection": LONG_LOOK}
-    changes = defaults | {"flight": CLOSE_LAYERS, "preflight": OVERRIDDEN} | changes
-    return prepare(n, target, search=search or SPLIT, **changes)
-
-
-def steps_of(flight: Flight, group: Group) -> list[StepRecord]:
-    decisions = flight.recorder.decisions
-    return [flight.recorder.steps[step] for step in sorted(decisions) if decisions[step].group is group]
-
-
-def vehicles_of(flight: Flight, group: Group) -> set[int]:
-    decisions = flight.recorder.decisions.values()
-    return {place.vehicle_id for one in decisions if one.group is group for place in one.situation.swarm}
-
-
-def reached_m(flight: Flight) -> float:
-    return flight.mission.sortie.search.decider.progress.along_m
-
-
-def is_scanned_on(flight: Flight) -> bool:
-    return len(steps_of(flight, Group.SCAN)) >= 8
-
-
-def waits(flight: Flight) -> list[str]:
-    return [text.removeprefix(WAITS) for text in flight.texts() if text.startswith(WAITS)]
 
 
 def test_the_nearest_look_closely_the_others_scan_on_and_both_are_computed_again(tmp_path: Path) -> None:
@@ -106,15 +77,6 @@ async def test_where_the_look_comes_first_by_what_it_gains_some_look_and_the_oth
     assert flight.view.snapshot().covered_fraction == 1.0
 
 
-def is_catching_up(flight: Flight) -> bool:
-    split = flight.mission.sortie.search.decider.split
-    return split is not None and split.is_catching_up
-
-
-def norths_m(flight: Flight, vehicle_ids: set[int]) -> list[float]:
-    return [float(flight.fleet.members[number].position_enu_m()[1]) for number in sorted(vehicle_ids)]
-
-
 @virtual
 async def test_behind_the_look_those_who_looked_fly_after_the_others_who_scan_on_until_one_line_forms() -> None:
     flight = split_flight()
@@ -136,79 +98,6 @@ async def test_behind_the_look_those_who_looked_fly_after_the_others_who_scan_on
 
 
 @virtual
-async def test_who_is_held_while_catching_up_goes_on_in_one_line() -> None:
-    flight = split_flight()
-    async with flying(flight) as run:
-        await flight.until(lambda: is_catching_up(flight))
-        await flight.commands.act(Action.HOLD, None)
-        held_m = norths_m(flight, set(range(1, 9)))
-        await flight.clock.sleep(10.0)
-        assert norths_m(flight, set(range(1, 9))) == pytest.approx(held_m, abs=0.01)
-        await flight.commands.act(Action.RESUME, None)
-        assert await run is Outcome.FOUND
-    assert flight.view.snapshot().covered_fraction == 1.0
-
-
-@virtual
-async def test_a_hold_stops_both_groups_and_resumed_the_look_goes_on() -> None:
-    flight = split_flight()
-    async with flying(flight) as run:
-        await flight.until(lambda: is_scanned_on(flight))
-        await flight.commands.act(Action.HOLD, None)
-        held_m = {key: vehicle.position_enu_m() for key, vehicle in flight.fleet.members.items()}
-        await flight.clock.sleep(20.0)
-        for key, vehicle in flight.fleet.members.items():
-            assert vehicle.position_enu_m() == pytest.approx(held_m[key], abs=0.01)
-        looks = len(steps_of(flight, Group.LOOK))
-        await flight.commands.act(Action.RESUME, None)
-        await flight.until(lambda: len(steps_of(flight, Group.LOOK)) > looks)
-        assert await run is Outcome.FOUND
-    assert flight.view.snapshot().covered_fraction == 1.0
-
-
-@virtual
-async def test_a_pause_lets_nobody_scan_on_unseen() -> None:
-    flight = split_flight()
-    async with flying(flight) as run:
-        await flight.until(lambda: is_scanned_on(flight))
-        await flight.commands.act(Action.PAUSE, None)
-        await flight.clock.sleep(6.0)
-        paused_m = {key: vehicle.position_enu_m() for key, vehicle in flight.fleet.members.items()}
-        await flight.clock.sleep(15.0)
-        for key, vehicle in flight.fleet.members.items():
-            assert vehicle.position_enu_m() == pytest.approx(paused_m[key], abs=0.01)
-        await flight.commands.act(Action.RESUME, None)
-        assert await run is Outcome.FOUND
-    assert flight.view.snapshot().covered_fraction == 1.0
-
-
-@virtual
-async def test_a_pause_between_two_phases_of_the_look_stops_those_who_scan() -> None:
-    flight = split_flight()
-    make_step = flight.mission.sortie.handlers[Phase.CONVERGE]
-    paused = list[Phase]()
-
-    async def pause_behind() -> Phase:
-        following = await make_step()
-        if following is Phase.FOUND and not paused:
-            paused.append(following)
-            await flight.commands.act(Action.PAUSE, None)
-        return following
-
-    object.__setattr__(
-        flight.mission.sortie, "handlers", flight.mission.sortie.handlers | {Phase.CONVERGE: pause_behind}
-    )
-    async with flying(flight) as run:
-        await flight.until(lambda: bool(paused))
-        await flight.clock.sleep(6.0)
-        paused_m = norths_m(flight, set(range(1, 9)))
-        await flight.clock.sleep(10.0)
-        assert norths_m(flight, set(range(1, 9))) == pytest.approx(paused_m, abs=0.01)
-        await flight.commands.act(Action.ABORT, None)
-        await run
-
-
-@virtual
 @pytest.mark.parametrize("action", [Action.RETURN, Action.LAND, Action.ABORT])
 async def test_every_end_brings_both_groups_down(action: Action) -> None:
     flight = split_flight()
@@ -220,20 +109,6 @@ async def test_every_end_brings_both_groups_down(action: Action) -> None:
         watch.cancel()
     assert [flight.task(number) for number in range(1, 9)] == [Task.LANDED] * 8
     assert flight.smallest_m >= UNLIMITED.separation_m
-
-
-@virtual
-async def test_a_vehicle_that_scans_and_is_paused_alone_stops_at_once() -> None:
-    flight = split_flight()
-    async with flying(flight) as run:
-        await flight.until(lambda: is_scanned_on(flight))
-        chosen = min(vehicles_of(flight, Group.SCAN))
-        await flight.commands.act(Action.PAUSE, (chosen,))
-        paused_m = flight.fleet.members[chosen].position_enu_m()
-        await flight.clock.sleep(5.0)
-        assert flight.fleet.members[chosen].position_enu_m() == pytest.approx(paused_m, abs=0.01)
-        await flight.commands.act(Action.ABORT, None)
-        await run
 
 
 def drain(vehicle: FakeVehicle) -> None:
