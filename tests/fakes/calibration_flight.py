@@ -41,7 +41,7 @@ class Truth:
     """True focal length over the one that is told, minus 1."""
     lens: tuple[float, ...] = (-0.04, 0.0, 0.0, 0.0, 0.0)
     heights_m: tuple[float, ...] = (20.0, 28.0)
-    size_px: tuple[int, int] = (192, 144)
+    size_px: tuple[int, int] = (144, 108)
     position_sigma_m: float = 0.02
     attitude_sigma_deg: float = 0.05
     drift_m: float = 0.0

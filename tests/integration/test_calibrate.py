@@ -139,7 +139,7 @@ def test_a_result_far_from_what_was_told_is_not_written_unless_forced(
 
 
 def test_poses_that_err_more_than_is_said_are_named(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    truth = Truth(attitude_sigma_deg=1.5, heights_m=(20.0,), headings_deg=(0.0, 180.0))
+    truth = Truth(attitude_sigma_deg=1.5, heights_m=(20.0,), headings_deg=(0.0, 180.0), size_px=(192, 144))
     flight = CalibrationFlight(tmp_path, truth)
     arguments = flight.arguments(tmp_path / "calibration.json")
     assert exit_status([*arguments, "--attitude-sigma", "0.2"]) == 2
@@ -237,9 +237,9 @@ def test_corrected_poses_are_those_of_one_camera(tmp_path: Path, capfd: pytest.C
     flight = CalibrationFlight(tmp_path, replace(ERRING_POSES, headings_deg=(0.0,)))
     folder = tmp_path / "photographs"
     flight.write_photographs(folder)
-    tags = {"RelativeAltitude": "+20", "GimbalYawDegree": 0, "GimbalPitchDegree": -90, "CalibratedFocalLength": 170}
+    tags = {"RelativeAltitude": "+20", "GimbalYawDegree": 0, "GimbalPitchDegree": -90, "CalibratedFocalLength": 127}
     xmp = xmp_packet({f"drone-dji:{name}": value for name, value in tags.items()})
-    ramp = np.tile(np.arange(192, dtype=np.uint8), (144, 1))
+    ramp = np.tile(np.arange(flight.camera.width_px, dtype=np.uint8), (flight.camera.height_px, 1))
     write_photograph(folder / "0_3.jpg", ramp, exif_block(48.3069, 14.2858), xmp)
     refined = tmp_path / "refined.json"
     assert exit_status(["calibrate", str(folder), "--poses-out", str(refined)]) == 2
@@ -251,8 +251,9 @@ def test_images_without_texture_are_refused(tmp_path: Path, capfd: pytest.Captur
     import cv2  # noqa: PLC0415
 
     flight = CalibrationFlight(tmp_path, Truth(heights_m=(20.0,), headings_deg=(0.0, 180.0)))
+    ramp = np.tile(np.arange(flight.camera.width_px, dtype=np.uint8) // 2, (flight.camera.height_px, 1))
     for path in flight.images.iterdir():
-        cv2.imwrite(str(path), np.tile(np.arange(192, dtype=np.uint8) // 2, (144, 1)))
+        cv2.imwrite(str(path), ramp)
     out = tmp_path / "calibration.json"
     assert exit_status(flight.arguments(out)) == 2
     assert "have only 0 points in common" in capfd.readouterr().err
