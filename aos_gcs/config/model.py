@@ -8,6 +8,7 @@ fields and defaults of the settings dataclasses; docs/configuration.md lists the
 from __future__ import annotations
 
 import ipaddress
+import re
 from pathlib import Path
 from typing import Annotated, Any, Self
 
@@ -84,6 +85,18 @@ def _host(text: str) -> str:
     return text
 
 
+def _host_name(text: str) -> str:
+    if not re.fullmatch(r"[\w.-]+", text):
+        raise ValueError('give a name without scheme, port and path, such as "station.local"')
+    return text
+
+
+def _folder(path: Path) -> Path:
+    if path.exists() and not path.is_dir():
+        raise ValueError(f"{path} is a file; name a folder")
+    return path
+
+
 def _network(text: str) -> str:
     ipaddress.ip_network(text)
     return text
@@ -111,7 +124,7 @@ class ApiConfig(BaseModel):
     """File with the certificate (PEM) by which the dashboard is encrypted."""
     tls_key: Path | None = None
     """File with the certificate's key (PEM); by default the same file."""
-    allowed_hosts: tuple[str, ...] = ()
+    allowed_hosts: tuple[Annotated[str, AfterValidator(_host_name)], ...] = ()
     """Host names, beside ``localhost`` and IP addresses, under which the page may be opened."""
     trusted_proxies: tuple[Annotated[str, AfterValidator(_network)], ...] = ()
     """Addresses and networks of proxies whose headers about clients are believed."""
@@ -124,7 +137,7 @@ class ApiConfig(BaseModel):
 
     max_command_age_s: Annotated[float, Field(ge=0.5, le=30.0)] = MAX_AGE_S
     """Oldest state of the mission by which an operator may command, in real seconds: more for slow networks."""
-    plans_folder: Path = Path("plans")
+    plans_folder: Annotated[Path, AfterValidator(_folder)] = Path("plans")
     """Folder in which operators save plans."""
     wall_rate_hz: Annotated[float, Field(ge=0.1, le=10.0)] = WallSettings().rate_hz
     """Greatest number of live pictures per tile and second."""
@@ -156,7 +169,7 @@ class RecordConfig(BaseModel):
 
     model_config = _STRICT
 
-    folder: Path = Path("missions")
+    folder: Annotated[Path, AfterValidator(_folder)] = Path("missions")
 
 
 class ServiceConfig(BaseModel):
