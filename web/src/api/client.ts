@@ -44,12 +44,23 @@ export async function request<T>(
     const headers = method === "GET" ? {} : { ...contentType(body), ...seenHeader() };
     const response = await fetch(path, { method, signal, headers, body: content(body) });
     noteSeen(response.headers.get(SEEN_HEADER));
-    const value: unknown = response.status === 204 ? null : await response.json();
+    const text = response.status === 204 ? "null" : await response.text();
+    const value = parsed(text);
+    if (value === undefined) return { ok: false, message: texts.requests.unreadableAnswer };
     if (response.ok && isExpected(value)) return { ok: true, value };
     const message = isErrorBody(value) ? said(value.message) : texts.requests.unreadableAnswer;
     return { ok: false, message, status: response.status };
   } catch {
     return { ok: false, message: texts.requests.notSent };
+  }
+}
+
+/** Value of JSON; undefined for another text, such as the page of a proxy. */
+function parsed(text: string): unknown {
+  try {
+    return JSON.parse(text);
+  } catch {
+    return undefined;
   }
 }
 

@@ -23,7 +23,7 @@ export async function readHandover(notation: Notation): Promise<Answer<Blob>> {
   try {
     const response = await fetch(handoverUrl(notation), { signal: AbortSignal.timeout(LOST_AFTER_MS) });
     if (response.ok) return { ok: true, value: await response.blob() };
-    const body = (await response.json()) as { message?: unknown };
+    const body = (await response.json().catch(() => ({}))) as { message?: unknown };
     const message = typeof body.message === "string" ? said(body.message) : texts.requests.unreadableAnswer;
     return { ok: false, message, status: response.status };
   } catch {

@@ -1,6 +1,6 @@
 /** Requests about recorded steps: other focal planes and single frames. */
 import type { Bounds } from "../geometry";
-import { texts } from "../texts";
+import { said, texts } from "../texts";
 import { type Answer, request } from "./client";
 import type { FocusFound, FrameKind, ViewedStep, ViewKind } from "./types";
 
@@ -81,7 +81,9 @@ export async function readIntegral({ step, kind, height_m, isDraft }: IntegralQu
 
 async function messageOf(response: Response): Promise<string> {
   const body: unknown = await response.json();
-  return isObject(body) && typeof body["message"] === "string" ? body["message"] : texts.requests.unreadableAnswer;
+  return isObject(body) && typeof body["message"] === "string"
+    ? said(body["message"])
+    : texts.requests.unreadableAnswer;
 }
 
 /** West, south, east and north in metres from the header; null if it is malformed. */
