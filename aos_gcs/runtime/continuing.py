@@ -8,6 +8,7 @@ from pathlib import Path
 from aos_gcs.config.model import ServiceConfig
 from aos_gcs.config.settings import mission_settings
 from aos_gcs.errors import ConfigurationError
+from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.groundmap.figures import view_raster
 from aos_gcs.mission.next_sortie import NextSortie, carried_findings
 from aos_gcs.runtime.recorded.searched_ground import read_searched_ground
@@ -26,10 +27,10 @@ def continued_sortie(config: ServiceConfig, folder: Path) -> NextSortie:
         InputDataError: the folder holds no map of searched ground, or is damaged.
     """
     ground, settings = read_searched_ground(folder), mission_settings(config)
-    if settings.origin not in {None, ground.origin}:
+    if settings.origin is not None and settings.origin != ground.origin:
         raise ConfigurationError(
-            f"--continue {folder}: that mission had the origin {ground.origin}, but the configuration has "
-            f"{settings.origin}. Take over its origin, or leave origin out."
+            f"--continue {folder}: that mission had the origin {_place(ground.origin)}, but the configuration has "
+            f"{_place(settings.origin)}. Take over its origin as mission.origin_deg, or leave that out."
         )
     both = view_raster({}, (*ground.area_enu_m, *settings.area_enu_m))
     # Without an area, the mission waits for a plan.
@@ -51,3 +52,8 @@ def continued_sortie(config: ServiceConfig, folder: Path) -> NextSortie:
         text=f"The map of searched ground and the findings of mission {mission_id} go on.",
         folder=folder.resolve(),
     )
+
+
+def _place(position: GeodeticPosition) -> str:
+    """Return a position as the configuration has it."""
+    return f"[{position.latitude_deg}, {position.longitude_deg}, {position.altitude_amsl_m}]"

@@ -205,7 +205,10 @@ def test_a_mission_that_waits_for_its_plan_can_continue(tmp_path: Path) -> None:
     ("mission", "named"),
     [
         ("area_enu_m = [[500, 0], [530, 0], [530, 30]]", "another area"),
-        ("area_enu_m = [[0, 0], [30, 0], [30, 30]]\norigin_deg = [47.1, 15.0, 400.0]", "origin"),
+        (
+            "area_enu_m = [[0, 0], [30, 0], [30, 30]]\norigin_deg = [47.1, 15.0, 400.0]",
+            r"has \[47.1, 15.0, 400.0\]\. Take",
+        ),
     ],
 )
 def test_a_mission_of_another_place_is_not_continued(tmp_path: Path, mission: str, named: str) -> None:
