@@ -17,6 +17,7 @@ from aos_gcs.errors import InputDataError
 
 accounts = typer.Typer(
     no_args_is_help=True,
+    add_completion=False,
     help="Manage the accounts of a command post: who may observe, judge findings, fly, or administer.",
 )
 

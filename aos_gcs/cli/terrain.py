@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from aos_gcs.planning.settings import MissionSettings, TerrainSettings
     from aos_gcs.planning.terrain.following import FollowedHeights
 
-terrain = typer.Typer(no_args_is_help=True)
+terrain = typer.Typer(no_args_is_help=True, add_completion=False)
 
 
 @terrain.callback()

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from aos_gcs.lab.initialisation import Initialisation
     from aos_gcs.lab.scenario import Scenario
 
-lab = typer.Typer(no_args_is_help=True)
+lab = typer.Typer(no_args_is_help=True, add_completion=False)
 
 
 @lab.callback()

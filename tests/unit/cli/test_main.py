@@ -208,3 +208,10 @@ def test_values_of_options_are_refused_in_plain_words(
 ) -> None:
     assert run(*arguments) == 2
     assert words in " ".join(capsys.readouterr().err.replace("│", " ").split())
+
+
+def test_completion_is_installed_for_the_program_alone() -> None:
+    commands = dict(commands_of(typer.main.get_command(cli._app()), "aos-gcs"))
+    params = [(name, param.name) for name, one in commands.items() for param in one.params]
+    offering = [name for name, param in params if param == "install_completion"]
+    assert offering == ["aos-gcs"]
