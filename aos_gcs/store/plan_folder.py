@@ -6,6 +6,7 @@ import os
 import re
 import threading
 import unicodedata
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -76,15 +77,17 @@ class PlanFolder:
             RecordingError: the folder cannot be written.
         """
         path = self._path(name)
+        part = path.with_name(f".{path.name}.part")
         try:
             with self._writing:
                 if replaces is not None:
                     _check_version(path, replaces)
                 self._folder.mkdir(parents=True, exist_ok=True)
-                part = path.with_name(f".{path.name}.part")
                 part.write_text(text, encoding="utf-8")
                 part.replace(path)
         except OSError as error:
+            with suppress(OSError):
+                part.unlink(missing_ok=True)
             text = f"The plan cannot be saved as {path}: {error}; free some space or check the disk."
             raise RecordingError(text) from error
 
