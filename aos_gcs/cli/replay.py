@@ -36,9 +36,9 @@ def replay(
     if verify:
         _verify(mission_dir)
         return
-    from aos_gcs.config.model import ApiConfig  # noqa: PLC0415 - heavy, only for this command
+    from aos_gcs.config.file import dashboard_of  # noqa: PLC0415 - heavy, only for this command
 
-    run_until_terminated(_show(mission_dir, ApiConfig(host=host, port=port, operator_code_file=operator_code_file)))
+    run_until_terminated(_show(mission_dir, dashboard_of(host, port, operator_code_file)))
 
 
 def _verify(folder: Path) -> None:

@@ -88,7 +88,7 @@ def survey(
     missions. Findings appear while the rest is examined. Operators judge them, and their decisions are kept with the
     results. Ctrl-C ends it; started again, it goes on where it was.
     """
-    from aos_gcs.config.model import ApiConfig  # noqa: PLC0415 - heavy, only for this command
+    from aos_gcs.config.file import dashboard_of  # noqa: PLC0415 - heavy, only for this command
     from aos_gcs.imaging.step.settings import ImagingSettings  # noqa: PLC0415
     from aos_gcs.runtime.survey import SurveyFolder, is_survey, run_survey  # noqa: PLC0415
     from aos_gcs.store.recorder import FOLDER_NAME  # noqa: PLC0415
@@ -96,6 +96,9 @@ def survey(
 
     if as_json and not headless:
         raise ConfigurationError("--json requires --headless.")
+    if headless and operator_code_file is not None:
+        raise ConfigurationError("--headless shows no dashboard: leave --operator-code-file out.")
+    config = None if headless else dashboard_of(host, port, operator_code_file)
     detection = Detection(detector, min_score, false_alarms_per_ha)
     system = _system(crs)
     recording = _Recording(
@@ -123,7 +126,6 @@ def survey(
         if not re.fullmatch(FOLDER_NAME, chosen.name):
             raise ConfigurationError(f"--out {chosen}: name the folder by letters, digits, - and _, without spaces.")
         results = SurveyFolder(chosen, recording.inputs(chosen), recording.examination)
-    config = None if headless else ApiConfig(host=host, port=port, operator_code_file=operator_code_file)
     imaging = ImagingSettings(detector=detector, rx_min_score=min_score)
     snapshot = run_until_terminated(run_survey(results, config, imaging))
     if as_json:

@@ -10,7 +10,7 @@ from typing import Any
 import pydantic
 
 from aos_gcs.config.exact import require_exact
-from aos_gcs.config.model import ServiceConfig
+from aos_gcs.config.model import ApiConfig, ServiceConfig
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.input_values import problem_texts
 
@@ -45,6 +45,18 @@ def parse_config(table: Mapping[str, Any], source: str = "configuration") -> Ser
         raise ConfigurationError(f"{source}: {error}") from error
     except pydantic.ValidationError as error:
         raise ConfigurationError(f"{source}: {first_problem(error)}") from error
+
+
+def dashboard_of(host: str, port: int, operator_code_file: Path | None) -> ApiConfig:
+    """Return the settings of a dashboard by the options of a command.
+
+    Raises:
+        ConfigurationError: a value cannot be used; the text names the option.
+    """
+    try:
+        return ApiConfig(host=host, port=port, operator_code_file=operator_code_file)
+    except pydantic.ValidationError as error:
+        raise ConfigurationError(f"--{first_problem(error)}") from error
 
 
 def first_problem(error: pydantic.ValidationError, place: str = "") -> str:

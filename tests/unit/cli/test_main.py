@@ -3,6 +3,7 @@ import sys
 import types
 from collections.abc import Iterator
 from importlib.metadata import EntryPoint, version
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -215,3 +216,16 @@ def test_completion_is_installed_for_the_program_alone() -> None:
     params = [(name, param.name) for name, one in commands.items() for param in one.params]
     offering = [name for name, param in params if param == "install_completion"]
     assert offering == ["aos-gcs"]
+
+
+@pytest.mark.parametrize("command", ["replay", "survey"])
+def test_an_empty_address_of_the_dashboard_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], command: str
+) -> None:
+    assert run(command, str(tmp_path), "--host", " ") == 2
+    assert capsys.readouterr().err.startswith('aos-gcs: --host: give an address such as "127.0.0.1"')
+
+
+def test_a_survey_without_a_dashboard_needs_no_code(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("survey", str(tmp_path), "--headless", "--operator-code-file", "code") == 2
+    assert "--headless shows no dashboard: leave --operator-code-file out." in capsys.readouterr().err
