@@ -10,6 +10,7 @@ sentence on standard error and exit code 2. ``typer.Exit(code)`` ends a command 
 
 from __future__ import annotations
 
+import errno
 import sys
 from collections.abc import Sequence
 from typing import Annotated
@@ -18,7 +19,7 @@ import typer
 
 from aos_gcs.cli.output import LogLevel, configure_logging
 from aos_gcs.cli.registry import group_class
-from aos_gcs.errors import AosError
+from aos_gcs.errors import AosError, InputDataError
 from aos_gcs.input_values import printable
 from aos_gcs.process import use_one_blas_thread
 
@@ -64,6 +65,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
         typer.main.get_command(_app())(arguments, prog_name="aos-gcs")
     except AosError as error:
         _exit_with([error])
+    except OSError as error:
+        if error.errno != errno.ENAMETOOLONG:
+            raise
+        # Wherever a path that was given is looked at first; shown is its beginning.
+        _exit_with([InputDataError(f"The path {str(error.filename)[:40]}… is too long: give another name.")])
     except BaseExceptionGroup as group:
         # Task groups wrap what their tasks raise; anything that is no AosError is a defect and keeps its traceback.
         known, unknown = group.split(AosError)

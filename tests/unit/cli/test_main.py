@@ -229,3 +229,11 @@ def test_an_empty_address_of_the_dashboard_is_refused(
 def test_a_survey_without_a_dashboard_needs_no_code(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run("survey", str(tmp_path), "--headless", "--operator-code-file", "code") == 2
     assert "--headless shows no dashboard: leave --operator-code-file out." in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "command", [("inspect",), ("survey",), ("accounts", "list"), ("integrate", "--ortho", "1", "--out", "map.npy")]
+)
+def test_a_path_that_is_too_long_is_told(capsys: pytest.CaptureFixture[str], command: tuple[str, ...]) -> None:
+    assert run(*command, "x" * 5000) == 2
+    assert capsys.readouterr().err == f"aos-gcs: The path {'x' * 40}… is too long: give another name.\n"
