@@ -206,7 +206,7 @@ async def test_wrong_input_of_the_process_gives_a_sentence_and_exit_code_2():
         (["--origin", "48,14"], "LAT,LON,ALT"),
         (["--param", "RTL_ALT"], "NAME=VALUE"),
         (["--errors", "exact"], "--errors must be one of none, rtk, gnss, got 'exact'"),
-        (["--wind", "-1"], "wind.mean_mps must be 0 or more, got -1.0"),
+        (["--wind", "-1"], "--wind must lie within 0 and 50 m/s, got -1"),
     ],
 )
 def test_wrong_options_are_named(arguments, sentence, monkeypatch, capsys):
