@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import gc
+import inspect
 import logging
 import os
 import subprocess
@@ -14,6 +15,7 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from aos_gcs.runtime.simulated import virtual_time
 from tests import schedule, timing
 
 # Tests run side by side on all cores: further threads of each process would only wait for one another. Processes that
@@ -58,6 +60,16 @@ def pytest_collection_finish() -> None:
     gc.enable()
     if (worker_id := os.environ.get("PYTEST_XDIST_WORKER")) is not None:
         os.nice(schedule.niceness(worker_id))
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> object | None:
+    """Run a coroutine that is marked so in the loop in which missions are simulated."""
+    test = inspect.unwrap(pyfuncitem.obj)
+    if pyfuncitem.get_closest_marker("virtual") is None or not inspect.iscoroutinefunction(test):
+        return None
+    virtual_time.run(test(**{name: pyfuncitem.funcargs[name] for name in inspect.signature(test).parameters}))
+    return True
 
 
 @pytest.fixture(autouse=True)

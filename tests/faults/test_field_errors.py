@@ -12,7 +12,7 @@ from aos_sim.vehicle.vehicle import SimulatedVehicle
 from tests.fakes.air import Air, Faults
 from tests.fakes.air_flight import flying_over
 
-pytestmark = [pytest.mark.looptime, pytest.mark.timeout(900)]
+pytestmark = [pytest.mark.virtual, pytest.mark.timeout(900)]
 
 ALL_LANDED = dict.fromkeys((1, 2, 3), Task.LANDED)
 

@@ -11,7 +11,7 @@ from tests.fakes.threaded_worker import open_threaded_worker
 @pytest.fixture(autouse=True)
 def _one_imaging_thread(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """Compute the small images of missions in virtual time at once: threads take an eighth of their time."""
-    if request.node.get_closest_marker("looptime") is not None:
+    if any(request.node.get_closest_marker(name) is not None for name in ("looptime", "virtual")):
         monkeypatch.setattr(workers, "_limits", [1])
 
 

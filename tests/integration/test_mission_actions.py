@@ -26,7 +26,7 @@ from aos_gcs.ports import (
 from tests.fakes.fleet import FRAME, FakeVehicle
 from tests.fakes.mission_flight import Flight, flying, prepare
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 
 
 async def told_to_climb(flight: Flight) -> None:

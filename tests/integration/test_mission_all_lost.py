@@ -13,7 +13,7 @@ from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.ports import Command, Goto, Hold, Land, LandedState, ReturnToLaunch
 from tests.fakes.mission_flight import Flight, flying, lose, prepare
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 
 NUMBERS = (1, 2, 3, 4)
 AREA = ((-12.0, 10.0), (12.0, 10.0), (12.0, 170.0), (-12.0, 170.0))

@@ -17,7 +17,7 @@ from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.planning.settings import Deadlines, FlightSettings, PreflightSettings
 from tests.fakes.mission_flight import Flight, flying, prepare
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 
 SEPARATION_M = 1.5
 BAD = {"bias_m": (0.5, 2.0), "swing_m": (0.2, 0.1)}

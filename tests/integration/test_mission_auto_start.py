@@ -36,7 +36,7 @@ async def stays_ready(flight: Flight) -> None:
     assert flight.mission.phase is Phase.READY
 
 
-@pytest.mark.looptime
+@pytest.mark.virtual
 @pytest.mark.parametrize("lander", ["operator", "somebody else"])
 async def test_vehicles_that_were_found_in_the_air_are_not_launched_again_once_they_have_landed(lander: str) -> None:
     flight = hovering()
@@ -56,7 +56,7 @@ async def test_vehicles_that_were_found_in_the_air_are_not_launched_again_once_t
         await run
 
 
-@pytest.mark.looptime
+@pytest.mark.virtual
 async def test_any_action_before_the_start_leaves_that_to_the_operator() -> None:
     flight = prepare(3)
     async with flying(flight) as run:
@@ -68,7 +68,7 @@ async def test_any_action_before_the_start_leaves_that_to_the_operator() -> None
         await run
 
 
-@pytest.mark.looptime
+@pytest.mark.virtual
 async def test_an_action_by_outdated_data_leaves_the_automatic_start_on() -> None:
     flight = prepare(3)
     async with flying(flight) as run:
@@ -86,7 +86,7 @@ async def test_an_action_by_outdated_data_leaves_the_automatic_start_on() -> Non
         await run
 
 
-@pytest.mark.looptime
+@pytest.mark.virtual
 async def test_an_action_in_flight_says_nothing_of_the_start() -> None:
     flight = prepare(2)
     async with flying(flight) as run:

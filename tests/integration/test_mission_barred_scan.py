@@ -11,7 +11,7 @@ from aos_gcs.mission.phases import PHASE_NAMES
 from aos_gcs.planning.settings import Deadlines
 from tests.fakes.mission_flight import EXACT, Flight, flying, prepare
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 
 AREA = ((-12.0, 10.0), (12.0, 10.0), (12.0, 34.0), (-12.0, 34.0))
 ACROSS = ((-25.0, 16.0), (25.0, 16.0), (25.0, 24.0), (-25.0, 24.0))

@@ -23,7 +23,7 @@ from aos_gcs.ports import FlightMode
 from tests.fakes.fleet import ORIGIN, FakeFleet
 from tests.fakes.roster import give_task
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 
 SEPARATION_M = 1.5
 HOME = np.array([0.0, 0.0, 35.0])

@@ -15,7 +15,7 @@ from aos_gcs.ports import FlightMode, Hold, Land, Severity, VehicleState
 from tests.fakes.fleet import FakeVehicle
 from tests.fakes.mission_flight import Flight, flying, prepare
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 
 LONG_AREA_ENU_M = ((-12.0, 10.0), (12.0, 10.0), (12.0, 170.0), (-12.0, 170.0))
 

@@ -8,7 +8,7 @@ from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.steps import PictureKind
 from tests.fakes.mission_flight import flying, prepare
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 
 
 async def test_a_flying_mission_shows_footprints_legs_and_coverage() -> None:

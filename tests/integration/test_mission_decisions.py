@@ -13,7 +13,7 @@ from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.planning.settings import DetectionSettings
 from tests.fakes.mission_flight import Flight, flying, prepare
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 
 STONE = (4.0, 25.0, 18.0)
 """East, north and temperature of a stone; the ground has 12 degrees."""

@@ -19,7 +19,7 @@ from aos_gcs.ports import (
 )
 from tests.fakes.mission_flight import Flight, flying, prepare
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 
 
 # --- defects and disks -----------------------------------------------------------------------------------------------

@@ -13,7 +13,7 @@ from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.ports import FlightMode, Goto, Hold, ReturnToLaunch
 from tests.fakes.mission_flight import Flight, flying, prepare
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 
 LONG_AREA = ((-12.0, 10.0), (12.0, 10.0), (12.0, 600.0), (-12.0, 600.0))
 

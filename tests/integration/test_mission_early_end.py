@@ -15,7 +15,7 @@ from aos_gcs.planning.settings import Deadlines
 from aos_gcs.ports import Hold, Land
 from tests.fakes.mission_flight import Flight, flying, prepare
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 
 CLIMB_MPS = 1.5
 

@@ -18,7 +18,7 @@ from aos_gcs.planning.settings import Deadlines, FlightSettings, PreflightSettin
 from aos_gcs.ports import Arm, Capture, Goto, Hold, Land, ReturnToLaunch, Severity
 from tests.fakes.mission_flight import TARGET, flying, prepare
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 
 NO_CAMERA = PreflightSettings(upload_fence=True, overrides={"camera": "it fails on purpose"})
 

@@ -29,7 +29,7 @@ from tests.fakes.relief import Relief, hill, level, terrain, write_relief
 from tests.fakes.restarted_flight import killed_while_searching, restarted
 from tests.fakes.retraced import check_decisions_again
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 
 FLOOR_M = 30.0
 SEPARATION_M = 1.5

@@ -27,7 +27,7 @@ from tests.fakes.ground_frames import ground_frame
 from tests.fakes.mission_flight import EXACT, Flight, flying, prepare
 from tests.fakes.retraced import check_decisions_again
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 P = ParamSpec("P")
 T = TypeVar("T")
 

@@ -19,7 +19,7 @@ from aos_gcs.ports import ThreadWorker
 from tests.fakes.mission_flight import EXACT, Flight, flying, prepare
 from tests.fakes.retraced import check_decisions_again
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 P = ParamSpec("P")
 T = TypeVar("T")
 

@@ -14,7 +14,7 @@ from aos_gcs.ports import Capture
 from tests.fakes.fleet import FakeVehicle
 from tests.fakes.mission_flight import Flight, flying, prepare
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 
 
 async def hang(*_: object, **__: object) -> Capture:

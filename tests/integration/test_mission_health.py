@@ -15,7 +15,7 @@ from aos_gcs.ports import FlightMode, Severity
 from tests.fakes.hand_time import stand_still
 from tests.fakes.mission_flight import flying, prepare
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 
 
 async def test_the_pulse_is_healthy_only_while_it_beats() -> None:

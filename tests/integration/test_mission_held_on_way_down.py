@@ -14,7 +14,7 @@ from aos_gcs.ports import Hold, Land, ReturnToLaunch
 from tests.fakes.fleet import FakeVehicle
 from tests.fakes.mission_flight import Flight, flying, prepare
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 
 WAITED_FOR = "hovers, as an operator has ordered: resume, return or land it"
 

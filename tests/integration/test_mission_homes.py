@@ -20,7 +20,7 @@ from aos_gcs.scripting import ScriptOptions, Swarm
 from tests.fakes.fleet import FakeFleet, FakeVehicle
 from tests.fakes.mission_flight import EXACT, Flight, flying, prepare
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 
 ELSEWHERE = (0.0, -30.0, 0.0)
 

@@ -14,7 +14,7 @@ from aos_gcs.ports import Capture
 from tests.fakes.fleet import FRAME, FakeVehicle
 from tests.fakes.mission_flight import EXACT, Flight, flying, prepare
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 
 AREA = ((-12.0, 10.0), (12.0, 10.0), (12.0, 90.0), (-12.0, 90.0))
 CAMERA_S = 0.6

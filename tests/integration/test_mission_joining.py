@@ -17,7 +17,7 @@ from tests.fakes.fleet import FakeVehicle
 from tests.fakes.joining import heard, paused, switch_on
 from tests.fakes.mission_flight import Flight, flying, prepare
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 
 
 async def climbing(flight: Flight) -> FakeVehicle:

@@ -16,7 +16,7 @@ from tests.fakes.fleet import FRAME, FakeVehicle
 from tests.fakes.joining import paused
 from tests.fakes.mission_flight import EXACT, Flight, flying, prepare
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 
 FAR = (0.0, -30.0, -3.0)
 """A place behind the launch points, below them."""

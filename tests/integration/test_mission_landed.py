@@ -9,7 +9,7 @@ from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.ports import FlightMode, Hold, Land, LandedState
 from tests.fakes.mission_flight import flying, prepare
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 
 
 @pytest.mark.parametrize("reported", [LandedState.UNKNOWN, LandedState.IN_AIR])

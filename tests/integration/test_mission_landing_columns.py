@@ -10,7 +10,7 @@ from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.ports import Hold, Land
 from tests.fakes.paused_swarm import paused
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 
 SEPARATION_M = 1.5
 

@@ -15,7 +15,7 @@ from tests.fakes.fleet import FakeVehicle
 from tests.fakes.mission_flight import Flight, flying, prepare
 from tests.fakes.paused_swarm import Paused, paused
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 
 SEPARATION_M = 1.5
 

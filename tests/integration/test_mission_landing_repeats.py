@@ -12,7 +12,7 @@ from aos_gcs.ports import FlightMode, Goto, Hold, Land
 from tests.fakes.fleet import FakeVehicle
 from tests.fakes.mission_flight import Flight, flying, prepare
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 
 LOW = 0.15
 REPEATED = "has not begun to land: it is told again until it does"

@@ -34,7 +34,7 @@ from tests.fakes.fleet import ORIGIN, FakeFleet, FakeVehicle
 from tests.fakes.mission_flight import Flight, flying, prepare
 from tests.fakes.roster import give_task
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 
 
 def slow_cameras(flight: Flight, duration_s: float = 4.0) -> None:

@@ -13,7 +13,7 @@ from aos_gcs.mission.model.phase import Outcome, Phase
 from tests.fakes.mission_flight import Flight, ask_for_another, flying, prepare
 from tests.fakes.retraced import check_decisions_again
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 
 
 async def fly(flight: Flight) -> Outcome:

@@ -11,7 +11,7 @@ from aos_gcs.airspace.waypoints import WaypointVerdict
 from aos_gcs.mission.model.phase import Outcome
 from tests.fakes.mission_flight import Flight, flying, prepare
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 
 ZONES = (
     ((-20.0, 3.0), (6.0, 3.0), (6.0, 8.0), (-20.0, 8.0)),

@@ -13,7 +13,7 @@ from aos_gcs.mission.model.actions import Action, Seen
 from aos_gcs.mission.model.phase import Phase, Suspension
 from tests.fakes.mission_flight import Flight, flying, prepare
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 
 
 def seen(flight: Flight) -> Seen:

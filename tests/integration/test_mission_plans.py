@@ -15,7 +15,7 @@ from aos_gcs.mission.phases import PHASE_NAMES
 from aos_gcs.planning.plan import plan_of
 from tests.fakes.mission_flight import Flight, flying, prepare, settings
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 
 AREA_ENU_M = settings(2).area_enu_m
 

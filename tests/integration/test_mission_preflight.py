@@ -18,7 +18,7 @@ from aos_gcs.ports import Geofence, Safeguard
 from tests.fakes.fleet import ORIGIN
 from tests.fakes.mission_flight import Flight, flying, prepare
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 
 OVER_RELIEF = {checks.TERRAIN, checks.RETURN_CLIMB}
 BY_HAND = {"auto_start": False, "deadlines": Deadlines(capture_s=5.0)}

@@ -21,7 +21,7 @@ from tests.fakes.fleet import FakeVehicle
 from tests.fakes.mission_flight import EXACT, Flight, flying, prepare
 from tests.fakes.restarted_flight import killed_while_searching, restarted
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 
 AREA = ((-8.0, 10.0), (8.0, 10.0), (8.0, 125.0), (-8.0, 125.0))
 PER_S = 0.0034

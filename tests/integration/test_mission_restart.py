@@ -13,7 +13,7 @@ from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.ports import FlightMode, Hold, Land, ReturnToLaunch
 from tests.fakes.mission_flight import Flight, flying, prepare
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 
 
 def in_the_air() -> Flight:

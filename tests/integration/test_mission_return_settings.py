@@ -53,7 +53,7 @@ async def test_settings_before_the_first_change_are_those_to_restore(tmp_path: P
     assert unrestored_settings(tmp_path) == {2: {"RTL_ALT": 3000.0}}
 
 
-@pytest.mark.looptime
+@pytest.mark.virtual
 @pytest.mark.parametrize("left_m", [35.06, 35.0])
 async def test_what_a_killed_mission_has_left_is_not_taken_for_the_vehicles_own(left_m: float) -> None:
     flight = prepare(preflight=SETS_RETURN, unrestored={1: {"RTL_ALT": 3000.0}, 2: {"RTL_RETURN_ALT": 30.0}})

@@ -14,7 +14,7 @@ from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.ports import Severity
 from tests.fakes.mission_flight import flying, prepare
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 
 
 async def test_a_mission_that_hangs_ages_although_its_server_lives(monkeypatch: pytest.MonkeyPatch) -> None:

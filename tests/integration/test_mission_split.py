@@ -37,7 +37,7 @@ from tests.fakes.split_flight import (
     waits,
 )
 
-virtual = pytest.mark.looptime
+virtual = pytest.mark.virtual
 
 
 def test_the_nearest_look_closely_the_others_scan_on_and_both_are_computed_again(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ from aos_gcs.mission.model.phase import Outcome, Phase
 from tests.fakes.mission_flight import flying
 from tests.fakes.split_flight import is_catching_up, is_scanned_on, norths_m, split_flight, steps_of, vehicles_of
 
-virtual = pytest.mark.looptime
+virtual = pytest.mark.virtual
 
 
 @virtual

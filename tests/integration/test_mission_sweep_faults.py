@@ -29,7 +29,7 @@ from tests.fakes.restarted_flight import restarted
 P = ParamSpec("P")
 T = TypeVar("T")
 
-virtual = pytest.mark.looptime
+virtual = pytest.mark.virtual
 
 STOPS_AFTER_S = BLIND_S + ANALYSIS_S
 SPEED_MPS = FlightSettings().leg_speed_mps

@@ -21,7 +21,7 @@ from aos_gcs.store.reader import MissionReader
 from tests.fakes.fleet import FRAME, FakeVehicle
 from tests.fakes.mission_flight import EXACT, Flight, InlineExecutor, flying, prepare
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 
 NORTH_M = (10.0, 60.0)
 AREA = ((-10.0, NORTH_M[0]), (10.0, NORTH_M[0]), (10.0, NORTH_M[1]), (-10.0, NORTH_M[1]))

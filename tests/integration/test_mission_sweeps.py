@@ -24,7 +24,7 @@ from tests.fakes.fleet import FakeVehicle
 from tests.fakes.mission_flight import EXACT, Flight, flying, lose, prepare, take_over
 from tests.fakes.recorded_search import write_search
 
-virtual = pytest.mark.looptime
+virtual = pytest.mark.virtual
 
 CAMERA_S = 0.6
 """Time from an exposure until its image is there."""

@@ -10,7 +10,7 @@ from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.ports import FlightMode, Land, LandedState, ReturnToLaunch, Severity
 from tests.fakes.mission_flight import Flight, flying, prepare, take_over
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 
 
 def critical_texts(flight: Flight) -> list[str]:

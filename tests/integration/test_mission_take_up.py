@@ -55,7 +55,7 @@ async def until_taken_up(flight: Flight) -> None:
     await flight.clock.sleep(1.0)
 
 
-@pytest.mark.looptime
+@pytest.mark.virtual
 @pytest.mark.parametrize("is_confirmed_since", [False, True])
 async def test_a_spare_of_the_relay_outside_of_the_launch_points_leaves_the_limits_known(
     is_confirmed_since: bool,
@@ -83,7 +83,7 @@ async def test_a_spare_of_the_relay_outside_of_the_launch_points_leaves_the_limi
     )
 
 
-@pytest.mark.looptime
+@pytest.mark.virtual
 async def test_vehicles_keep_their_layers_and_limits_and_wait_for_an_operator(last: MissionSnapshot) -> None:
     flight = follow(last)
     async with flying(flight) as run:
@@ -102,7 +102,7 @@ async def test_vehicles_keep_their_layers_and_limits_and_wait_for_an_operator(la
     assert [flight.task(number) for number in (1, 2, 3)] == [Task.LANDED] * 3
 
 
-@pytest.mark.looptime
+@pytest.mark.virtual
 @pytest.mark.parametrize("action", [Action.RETURN, Action.LAND])
 async def test_they_are_brought_down_apart(last: MissionSnapshot, action: Action) -> None:
     flight = follow(last)
@@ -123,7 +123,7 @@ async def test_they_are_brought_down_apart(last: MissionSnapshot, action: Action
             assert gotos, "led home in its layer, not by its autopilot"
 
 
-@pytest.mark.looptime
+@pytest.mark.virtual
 async def test_one_heard_later_is_attached_too_and_one_in_its_failsafe_is_left_to_it(last: MissionSnapshot) -> None:
     flight = follow(last)
     late = flight.fleet.members.pop(2)
@@ -141,7 +141,7 @@ async def test_one_heard_later_is_attached_too_and_one_in_its_failsafe_is_left_t
         await run
 
 
-@pytest.mark.looptime
+@pytest.mark.virtual
 async def test_one_that_a_pilot_holds_in_a_mode_of_ours_stays_with_the_pilot_until_it_is_resumed_alone(
     last: MissionSnapshot,
 ) -> None:
@@ -165,7 +165,7 @@ async def test_one_that_a_pilot_holds_in_a_mode_of_ours_stays_with_the_pilot_unt
         await run
 
 
-@pytest.mark.looptime
+@pytest.mark.virtual
 async def test_a_landing_that_a_pilot_has_begun_before_is_not_stopped_by_a_hold_for_all(last: MissionSnapshot) -> None:
     first, *others = last.vehicles
     piloted = replace(first, telemetry=replace(first.telemetry, taken_over="its mode changed to LAND", has_pilot=True))
@@ -184,7 +184,7 @@ async def test_a_landing_that_a_pilot_has_begun_before_is_not_stopped_by_a_hold_
         await run
 
 
-@pytest.mark.looptime
+@pytest.mark.virtual
 async def test_resume_is_refused_while_all_are_in_failsafes_and_possible_when_they_come_back(
     last: MissionSnapshot,
 ) -> None:
@@ -210,7 +210,7 @@ async def test_resume_is_refused_while_all_are_in_failsafes_and_possible_when_th
         await run
 
 
-@pytest.mark.looptime
+@pytest.mark.virtual
 async def test_a_changed_plan_is_not_flown_on_by_and_landed_vehicles_are_no_flight(last: MissionSnapshot) -> None:
     changed = follow(replace(last, area_enu_m=((0.0, 0.0), (9.0, 0.0), (9.0, 9.0))), auto_start=False)
     async with flying(changed) as run:
@@ -226,7 +226,7 @@ async def test_a_changed_plan_is_not_flown_on_by_and_landed_vehicles_are_no_flig
         await run
 
 
-@pytest.mark.looptime
+@pytest.mark.virtual
 async def test_one_that_was_still_climbing_climbs_straight_into_its_layer(last: MissionSnapshot) -> None:
     flight = follow(last)
     low = flight.fleet.members[1]

@@ -12,7 +12,7 @@ from tests.fakes.mission_flight import EXACT, TARGET, flying, prepare
 
 SPEED_MPS = 4.0
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 
 
 async def test_a_runner_is_found_and_the_estimate_runs_along() -> None:

@@ -29,7 +29,7 @@ from tests.fakes.relief import Relief, hill, level, terrain, write_relief
 from tests.fakes.retraced import check_decisions_again
 from tests.fakes.waypoints import request
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 
 
 def model(folder: Path, relief: Relief, **values: Any) -> TerrainSettings:

@@ -17,7 +17,7 @@ from tests.fakes.fleet import ORIGIN
 from tests.fakes.mission_flight import Flight, flying, prepare
 from tests.fakes.relief import hill, terrain, write_relief
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 
 
 def over_a_hill(folder: Path, *, sets_heights: bool = False) -> Flight:

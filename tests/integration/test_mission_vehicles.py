@@ -17,7 +17,7 @@ from aos_gcs.planning.settings import Deadlines, PreflightSettings
 from aos_gcs.ports import Arm, Safeguard
 from tests.fakes.mission_flight import Flight, flying, prepare
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 
 BY_HAND = {"auto_start": False, "deadlines": Deadlines(capture_s=5.0)}
 

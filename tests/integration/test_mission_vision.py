@@ -16,7 +16,7 @@ from aos_gcs.planning.settings import AutofocusSettings, DetectionSettings, Regi
 from tests.fakes import fleet
 from tests.fakes.mission_flight import TARGET, Flight, flying, prepare
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 
 
 def focus_of(flight: Flight) -> FocusSnapshot:

@@ -18,7 +18,7 @@ from aos_gcs.mission.search.targets.persons import watch_persons
 from aos_gcs.ports import Goto, ThreadWorker
 from tests.fakes.mission_flight import Flight, flying, prepare
 
-pytestmark = pytest.mark.looptime
+pytestmark = pytest.mark.virtual
 
 P = ParamSpec("P")
 T = TypeVar("T")

@@ -1,7 +1,11 @@
-"""Limits of waiting and sums of durations in the tests themselves."""
+"""Limits of waiting, loops and sums of durations in the tests themselves."""
+
+import asyncio
+from pathlib import Path
 
 import pytest
 
+from aos_gcs.runtime.simulated.virtual_time import VirtualTimeLoop
 from tests import timing
 
 
@@ -18,6 +22,13 @@ def test_patience_can_be_set(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_measured_patience_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv(timing.VARIABLE, raising=False)
     assert 2.0 <= timing.patience() <= 30.0
+
+
+@pytest.mark.virtual
+async def test_a_marked_test_runs_in_the_loop_of_simulated_missions(tmp_path: Path) -> None:
+    assert isinstance(asyncio.get_running_loop(), VirtualTimeLoop)
+    await asyncio.sleep(3600.0)
+    assert tmp_path.name
 
 
 def test_durations_add_up_per_folder() -> None:
