@@ -15,10 +15,13 @@ from enum import StrEnum
 from typing import Any, Final
 from xml.etree.ElementTree import Element, ParseError
 
+import numpy as np
 from defusedxml import DefusedXmlException
 from defusedxml.ElementTree import fromstring
 
 from aos_gcs.errors import InputDataError
+from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.geometry.heights import AmslM
 
 MAX_FILE_BYTES: Final = 4 * 1024 * 1024
 MAX_SHAPES: Final = 200
@@ -29,7 +32,7 @@ MAX_TEXT: Final = 120
 """Greatest number of characters of a text from a file that is shown."""
 
 _CIRCLE_CORNERS = 32
-_METRES_PER_DEGREE = 111_320.0
+_MAX_RADIUS_M = 100_000.0
 _NO_GO = re.compile(r"no.?go|no.?fly|exclusion|keep.?out|forbidden", re.IGNORECASE)
 _FENCE = re.compile(r"fence", re.IGNORECASE)
 _WGS84 = re.compile(r"(CRS:?84|EPSG:(.*:)?(4326|4979))$", re.IGNORECASE)
@@ -177,8 +180,12 @@ def _from_qgc(document: Mapping[str, Any]) -> Iterator[ImportedShape]:
     for polygon in fence.get("polygons", []):
         yield ImportedShape(_qgc_role(polygon), "geofence", _qgc_ring(polygon["polygon"]))
     for circle in fence.get("circles", []):
-        centre = _place(*circle["circle"]["center"])
-        yield ImportedShape(_qgc_role(circle), "geofence", _circle(centre, float(circle["circle"]["radius"])))
+        role, radius_m = _qgc_role(circle), float(circle["circle"]["radius"])
+        if not 0.0 < radius_m <= _MAX_RADIUS_M:
+            raise InputDataError(f"A circle of the file has a radius of {radius_m:g} m: give one of 100 km or less.")
+        # What is kept out of a no-go circle keeps out of the polygon about it; a fence must not reach beyond its own.
+        corners_m = radius_m if role is ShapeRole.FENCE else radius_m / math.cos(math.pi / _CIRCLE_CORNERS)
+        yield ImportedShape(role, "geofence", _circle(_place(*circle["circle"]["center"]), corners_m))
     home = mission.get("plannedHomePosition")
     if home:
         yield ImportedShape(ShapeRole.LAUNCH, "planned home", (_place(*home[:2]),))
@@ -195,15 +202,14 @@ def _qgc_ring(points: Sequence[Sequence[float]]) -> tuple[Place, ...]:
 
 
 def _circle(centre: Place, radius_m: float) -> tuple[Place, ...]:
-    """Return the polygon about a circle, so that what is kept out of it is kept out of the circle as well."""
-    outer_m = radius_m / math.cos(math.pi / _CIRCLE_CORNERS)
-    east_deg = outer_m / (_METRES_PER_DEGREE * math.cos(math.radians(centre.latitude_deg)))
-    north_deg = outer_m / _METRES_PER_DEGREE
+    """Return the regular polygon whose corners lie on a circle."""
+    frame = LocalFrame(GeodeticPosition(centre.latitude_deg, centre.longitude_deg, AmslM(0.0)))
     angles_rad = (math.tau * corner / _CIRCLE_CORNERS for corner in range(_CIRCLE_CORNERS))
-    return tuple(
-        _place(centre.latitude_deg + north_deg * math.sin(angle), centre.longitude_deg + east_deg * math.cos(angle))
+    corners = [
+        frame.to_geodetic(np.array([radius_m * math.cos(angle), radius_m * math.sin(angle), 0.0]))
         for angle in angles_rad
-    )
+    ]
+    return tuple(_place(corner.latitude_deg, corner.longitude_deg) for corner in corners)
 
 
 # --- KML --------------------------------------------------------------------------------------------------------------

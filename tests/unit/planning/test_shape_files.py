@@ -7,11 +7,14 @@ import math
 from contextlib import suppress
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from aos_gcs.errors import InputDataError
+from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.geometry.heights import AmslM
 from aos_gcs.planning.shape_files import MAX_POINTS, MAX_SHAPES, MAX_TEXT, Place, ShapeRole, import_shapes
 
 RING = [[14.0, 48.0], [14.1, 48.0], [14.1, 48.1], [14.0, 48.0]]
@@ -48,6 +51,11 @@ def as_bytes(document: Any) -> bytes:
     return json.dumps(document).encode()
 
 
+def circular(radius_m: float, *, inclusion: bool = True) -> dict[str, Any]:
+    circle = {"inclusion": inclusion, "circle": {"center": [48.05, 14.05], "radius": radius_m}}
+    return {"fileType": "Plan", "geoFence": {"circles": [circle]}}
+
+
 def feature(properties: dict[str, str] | None, geometry: dict[str, Any] | None) -> dict[str, Any]:
     return {"type": "Feature", "properties": properties, "geometry": geometry}
 
@@ -79,14 +87,31 @@ def test_qgroundcontrol_plans() -> None:
     roles = [shape.role for shape in shapes]
     assert roles == [ShapeRole.AREA, ShapeRole.FENCE, ShapeRole.NO_GO, ShapeRole.LAUNCH, ShapeRole.RETURN]
     assert shapes[0].places == PLACES
-    circle = shapes[2].places
-    north_m = [111_320.0 * (place.latitude_deg - 48.05) for place in circle]
-    assert max(north_m) == pytest.approx(50.0 / math.cos(math.pi / 32), rel=0.01)
+
+
+@pytest.mark.parametrize(("inclusion", "corners_m"), [(True, 1000.0), (False, 1000.0 / math.cos(math.pi / 32))])
+def test_a_circular_fence_is_no_larger_and_a_no_go_circle_no_smaller_than_drawn(
+    *, inclusion: bool, corners_m: float
+) -> None:
+    """Imported fences reached up to 4.8 m beyond a circle of 1 km."""
+    (shape,) = import_shapes(as_bytes(circular(1000.0, inclusion=inclusion)))
+    frame = LocalFrame(GeodeticPosition(48.05, 14.05, AmslM(0.0)))
+    places = [GeodeticPosition(place.latitude_deg, place.longitude_deg, AmslM(0.0)) for place in shape.places]
+    radii_m = [float(np.linalg.norm(frame.to_enu(place)[:2])) for place in places]
+    assert radii_m == pytest.approx([corners_m] * 32, rel=1e-5)
 
 
 @pytest.mark.parametrize(
     ("content", "words"),
     [
+        (
+            as_bytes({"geoFence": {"circles": [{"circle": {"center": [48, 14], "radius": -1}}]}, "fileType": "Plan"}),
+            "radius of -1 m",
+        ),
+        (
+            as_bytes({"geoFence": {"circles": [{"circle": {"center": [48, 14], "radius": 1e9}}]}, "fileType": "Plan"}),
+            "radius of 1e",
+        ),
         (b"", "damaged"),
         (b"[]", "damaged"),
         (b"{}", "damaged"),

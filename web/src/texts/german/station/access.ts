@@ -124,6 +124,10 @@ export const access: readonly StationText[] = [
     "{latitude}, {longitude} is not a latitude and longitude in degrees; export it in WGS 84 (EPSG:4326).",
     "{latitude}, {longitude} sind keine Breite und Länge in Grad; in WGS 84 (EPSG:4326) exportieren.",
   ],
+  [
+    "A circle of the file has a radius of {radius} m: give one of 100 km or less.",
+    "Ein Kreis der Datei hat einen Radius von {radius} m: einen bis 100 km angeben.",
+  ],
   ["A shape of the file has no coordinates.", "Eine Form der Datei hat keine Koordinaten."],
   [
     "{shape} has {count} points; simplify it to {most} or fewer.",
