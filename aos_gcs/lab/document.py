@@ -114,9 +114,9 @@ def document_frame(
         ConfigurationError: the document exists without the marks, so that writing it would lose text, or it cannot be
             written.
     """
-    folder = path.absolute().parent
-    if not os.access(folder, os.W_OK | os.X_OK):
-        raise ConfigurationError(f"--document {path} cannot be written: make its folder, or name another one.")
+    there = next(folder for folder in path.absolute().parents if folder.exists())
+    if not there.is_dir() or not os.access(there, os.W_OK | os.X_OK):
+        raise ConfigurationError(f"--document {path} cannot be written: {there} is a file, or closed to you.")
     if not path.exists():
         return DocumentFrame(f"{title}\n\n", "", begin_mark)
     try:

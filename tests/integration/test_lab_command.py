@@ -114,10 +114,10 @@ def test_densities_that_cannot_be_built_are_refused_before_anything_is_made(
         ("missions", ("--strategy", "magic"), "no strategy 'magic'"),
         ("missions", ("--search", "hovering"), "--search must be one of"),
         ("missions", ("--conditions", "cool,cool"), "--conditions must name each one once"),
-        ("missions", ("--document", "{folder}/none/m.md"), "m.md cannot be written: make its folder"),
+        ("missions", ("--document", "{folder}/binary/m.md"), "is a file, or closed"),
         ("missions", ("--document", "{folder}"), "is no text file that can be renewed"),
         ("missions", ("--document", "{folder}/binary"), "binary is no text file that can be renewed"),
-        ("search", ("--document", "{folder}/none/s.md"), "s.md cannot be written: make its folder"),
+        ("search", ("--document", "{folder}/binary/s.md"), "is a file, or closed"),
         ("search", ("--methods", "planned,planned"), "each once"),
         ("search", ("--images", "-1"), "images must be at least 0"),
         ("effectiveness", ("--strategy", "magic"), "no strategy 'magic'"),
@@ -136,9 +136,9 @@ def test_what_would_be_refused_after_the_work_is_refused_before(
 def test_a_document_that_cannot_be_written_is_refused_before_the_studies(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert code_of("reproduce", "--out", tmp_path / "r", "--document", tmp_path / "none" / "r.md") == 2
-    assert "r.md cannot be written: make its folder" in capsys.readouterr().err
     (tmp_path / "file").touch()
+    assert code_of("reproduce", "--out", tmp_path / "r", "--document", tmp_path / "file" / "r.md") == 2
+    assert "is a file" in capsys.readouterr().err
     assert code_of("reproduce", "--out", tmp_path / "file") == 2
     assert "is a file" in capsys.readouterr().err
 

@@ -44,10 +44,11 @@ def reproduce(
         with progress(title, len(results.missing())) as advance:
             compute(results, advance, jobs=jobs, scheduler=scheduler)
 
+    # Before hours of work: what cannot be written or renewed is refused at once.
+    # Before hours of work: what cannot be written or renewed is refused at once.
     check_folder(out)
-    out.mkdir(parents=True, exist_ok=True)
     path = document or out / "results.md"
-    frame = document_frame(path)  # Before hours of work: a document that cannot be renewed is refused at once.
+    frame = document_frame(path)
     results = run_studies(out, initialisations, compute_study)
     calibration = {}
     for density in _DENSITIES:
