@@ -45,20 +45,22 @@ class Acceptor:
         self._make_protocol = make_protocol
         self._tls = tls
         self._loop = asyncio.get_running_loop()
-        self._making: set[asyncio.Task[object]] = set()
+        self._making: set[asyncio.Task[None]] = set()
         self._pause: asyncio.TimerHandle | None = None
         listener.setblocking(False)
         listener.listen(BACKLOG)
         self._begin()
 
     def close(self) -> None:
-        """Accept nothing more."""
+        """Accept nothing more, and give up the connections that are being made: nobody would close them later."""
         if self._pause is not None:
             self._pause.cancel()
         self._loop.remove_reader(self._listener)
+        for making in self._making:
+            making.cancel()
 
     async def wait_closed(self) -> None:
-        """Wait until the connections accepted last have their protocols."""
+        """Wait until the connections that were being made are given up."""
         if self._making:
             await asyncio.wait(self._making)
 
@@ -86,7 +88,7 @@ class Acceptor:
             task = self._loop.create_task(self._make(connection, admission))
             admission.close = partial(_cancel, task)  # until there is a transport
             self._making.add(task)
-            task.add_done_callback(self._making.discard)
+            task.add_done_callback(partial(self._end_making, connection, admission))
 
     async def _make(self, connection: socket.socket, admission: AcceptedConnection) -> None:
         try:
@@ -100,9 +102,11 @@ class Acceptor:
             )
         except (OSError, TimeoutError):
             self._give_up(connection, admission)
-        except asyncio.CancelledError:
+
+    def _end_making(self, connection: socket.socket, admission: AcceptedConnection, task: asyncio.Task[None]) -> None:
+        self._making.discard(task)
+        if task.cancelled():  # perhaps before it began
             self._give_up(connection, admission)
-            raise
 
     def _give_up(self, connection: socket.socket, admission: AcceptedConnection) -> None:
         self._limits.leave(admission)
