@@ -10,13 +10,19 @@ afterEach(() => vi.unstubAllGlobals());
 
 test("a page of a proxy in place of an answer is not taken for a lost connection", async () => {
   vi.stubGlobal("fetch", vi.fn().mockResolvedValue(new Response("<html>Bad gateway</html>", { status: 502 })));
-  expect(await postAction(HOLD)).toEqual({ ok: false, message: texts.requests.unreadableAnswer });
+  expect(await postAction(HOLD)).toMatchObject({ ok: false, message: texts.requests.unreadableAnswer });
 });
 
 test("nor is it where a hand-over is asked for", async () => {
   vi.stubGlobal("navigator", { language: "en-GB" });
   vi.stubGlobal("fetch", vi.fn().mockResolvedValue(new Response("<html>Bad gateway</html>", { status: 502 })));
   expect(await readHandover("decimal")).toMatchObject({ ok: false, message: texts.requests.unreadableAnswer });
+});
+
+test("nor is it where a step's picture is asked for", async () => {
+  vi.stubGlobal("fetch", vi.fn().mockResolvedValue(new Response("<html>Bad gateway</html>", { status: 502 })));
+  const answer = await readIntegral({ step: 7, kind: "thermal", height_m: null, isDraft: false });
+  expect(answer).toMatchObject({ ok: false, message: texts.requests.unreadableAnswer });
 });
 
 test("a lost connection is told as one", async () => {

@@ -44,15 +44,21 @@ export async function request<T>(
     const headers = method === "GET" ? {} : { ...contentType(body), ...seenHeader() };
     const response = await fetch(path, { method, signal, headers, body: content(body) });
     noteSeen(response.headers.get(SEEN_HEADER));
-    const text = response.status === 204 ? "null" : await response.text();
-    const value = parsed(text);
-    if (value === undefined) return { ok: false, message: texts.requests.unreadableAnswer };
+    const value = response.status === 204 ? null : parsed(await response.text());
     if (response.ok && isExpected(value)) return { ok: true, value };
-    const message = isErrorBody(value) ? said(value.message) : texts.requests.unreadableAnswer;
-    return { ok: false, message, status: response.status };
+    return refusal(value, response);
   } catch {
     return { ok: false, message: texts.requests.notSent };
   }
+}
+
+/** What a refused request is told by a station that answers those that it grants with a picture or a document. */
+export const refused = async (response: Response): Promise<Answer<never>> =>
+  refusal(parsed(await response.text()), response);
+
+function refusal(value: unknown, { status }: Response): Answer<never> {
+  const message = isErrorBody(value) ? said(value.message) : texts.requests.unreadableAnswer;
+  return { ok: false, message, status };
 }
 
 /** Value of JSON; undefined for another text, such as the page of a proxy. */

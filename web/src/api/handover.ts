@@ -1,7 +1,7 @@
 /** The hand-over on paper, and the flight log. */
 import type { Notation } from "../coordinates";
-import { said, texts } from "../texts";
-import type { Answer } from "./client";
+import { texts } from "../texts";
+import { type Answer, refused } from "./client";
 
 /** Time after which a hand-over without an answer counts as lost: the station takes two minutes at most. */
 const LOST_AFTER_MS = 180_000;
@@ -23,9 +23,7 @@ export async function readHandover(notation: Notation): Promise<Answer<Blob>> {
   try {
     const response = await fetch(handoverUrl(notation), { signal: AbortSignal.timeout(LOST_AFTER_MS) });
     if (response.ok) return { ok: true, value: await response.blob() };
-    const body = (await response.json().catch(() => ({}))) as { message?: unknown };
-    const message = typeof body.message === "string" ? said(body.message) : texts.requests.unreadableAnswer;
-    return { ok: false, message, status: response.status };
+    return await refused(response);
   } catch {
     return { ok: false, message: texts.requests.notSent };
   }

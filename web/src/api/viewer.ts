@@ -1,7 +1,7 @@
 /** Requests about recorded steps: other focal planes and single frames. */
 import type { Bounds } from "../geometry";
-import { said, texts } from "../texts";
-import { type Answer, request } from "./client";
+import { texts } from "../texts";
+import { type Answer, refused, request } from "./client";
 import type { FocusFound, FrameKind, ViewedStep, ViewKind } from "./types";
 
 const isObject = (value: unknown): value is Record<string, unknown> => typeof value === "object" && value !== null;
@@ -67,7 +67,7 @@ export async function readIntegral({ step, kind, height_m, isDraft }: IntegralQu
   const query = height_m === null ? "" : `?height_m=${height_m}`;
   try {
     const response = await fetch(`/api/viewer/${step}/integrals/${kind}.${format}${query}`);
-    if (!response.ok) return { ok: false, message: await messageOf(response), status: response.status };
+    if (!response.ok) return await refused(response);
     const bounds = parseBounds(response.headers.get("X-Bounds-M"));
     if (bounds === null) return { ok: false, message: texts.requests.unreadableAnswer };
     const value = (name: string): number => Number(response.headers.get(name) ?? NaN);
@@ -77,13 +77,6 @@ export async function readIntegral({ step, kind, height_m, isDraft }: IntegralQu
   } catch {
     return { ok: false, message: texts.requests.notSent };
   }
-}
-
-async function messageOf(response: Response): Promise<string> {
-  const body: unknown = await response.json();
-  return isObject(body) && typeof body["message"] === "string"
-    ? said(body["message"])
-    : texts.requests.unreadableAnswer;
 }
 
 /** West, south, east and north in metres from the header; null if it is malformed. */
