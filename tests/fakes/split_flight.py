@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
+import pytest
+
 from aos_gcs.mission.model.decisions import Group
 from aos_gcs.mission.model.steps import StepRecord
 from aos_gcs.planning.search_settings import LookOrder, SearchSettings
@@ -56,3 +60,12 @@ def is_catching_up(flight: Flight) -> bool:
 
 def norths_m(flight: Flight, vehicle_ids: set[int]) -> list[float]:
     return [float(flight.fleet.members[number].position_enu_m()[1]) for number in sorted(vehicle_ids)]
+
+
+async def stand_still(flight: Flight, vehicle_ids: Iterable[int], for_s: float) -> None:
+    """Check that vehicles stay where they are, all in the same time."""
+    members = {number: flight.fleet.members[number] for number in vehicle_ids}
+    before_m = {number: vehicle.position_enu_m() for number, vehicle in members.items()}
+    await flight.clock.sleep(for_s)
+    for number, vehicle in members.items():
+        assert vehicle.position_enu_m() == pytest.approx(before_m[number], abs=0.01), f"vehicle {number}"

@@ -8,7 +8,7 @@ from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.decisions import Group
 from aos_gcs.mission.model.phase import Outcome, Phase
 from tests.fakes.mission_flight import flying
-from tests.fakes.split_flight import is_catching_up, is_scanned_on, norths_m, split_flight, steps_of, vehicles_of
+from tests.fakes.split_flight import is_catching_up, is_scanned_on, split_flight, stand_still, steps_of, vehicles_of
 
 virtual = pytest.mark.virtual
 
@@ -19,9 +19,7 @@ async def test_who_is_held_while_catching_up_goes_on_in_one_line() -> None:
     async with flying(flight) as run:
         await flight.until(lambda: is_catching_up(flight))
         await flight.commands.act(Action.HOLD, None)
-        held_m = norths_m(flight, set(range(1, 9)))
-        await flight.clock.sleep(10.0)
-        assert norths_m(flight, set(range(1, 9))) == pytest.approx(held_m, abs=0.01)
+        await stand_still(flight, flight.fleet.members, 10.0)
         await flight.commands.act(Action.RESUME, None)
         assert await run is Outcome.FOUND
     assert flight.view.snapshot().covered_fraction == 1.0
@@ -34,10 +32,7 @@ async def test_a_pause_while_catching_up_stops_those_who_scan() -> None:
         await flight.until(lambda: is_catching_up(flight))
         await flight.commands.act(Action.PAUSE, None)
         await flight.clock.sleep(2.0)
-        scanning = vehicles_of(flight, Group.SCAN)
-        paused_m = norths_m(flight, scanning)
-        await flight.clock.sleep(2.0)
-        assert norths_m(flight, scanning) == pytest.approx(paused_m, abs=0.01)
+        await stand_still(flight, vehicles_of(flight, Group.SCAN), 2.0)
         await flight.commands.act(Action.ABORT, None)
         await run
 
@@ -48,10 +43,7 @@ async def test_a_hold_stops_both_groups_and_resumed_the_look_goes_on() -> None:
     async with flying(flight) as run:
         await flight.until(lambda: is_scanned_on(flight))
         await flight.commands.act(Action.HOLD, None)
-        held_m = {key: vehicle.position_enu_m() for key, vehicle in flight.fleet.members.items()}
-        await flight.clock.sleep(20.0)
-        for key, vehicle in flight.fleet.members.items():
-            assert vehicle.position_enu_m() == pytest.approx(held_m[key], abs=0.01)
+        await stand_still(flight, flight.fleet.members, 20.0)
         looks = len(steps_of(flight, Group.LOOK))
         await flight.commands.act(Action.RESUME, None)
         await flight.until(lambda: len(steps_of(flight, Group.LOOK)) > looks)
@@ -66,10 +58,7 @@ async def test_a_pause_lets_nobody_scan_on_unseen() -> None:
         await flight.until(lambda: is_scanned_on(flight))
         await flight.commands.act(Action.PAUSE, None)
         await flight.clock.sleep(6.0)
-        paused_m = {key: vehicle.position_enu_m() for key, vehicle in flight.fleet.members.items()}
-        await flight.clock.sleep(15.0)
-        for key, vehicle in flight.fleet.members.items():
-            assert vehicle.position_enu_m() == pytest.approx(paused_m[key], abs=0.01)
+        await stand_still(flight, flight.fleet.members, 15.0)
         await flight.commands.act(Action.RESUME, None)
         assert await run is Outcome.FOUND
     assert flight.view.snapshot().covered_fraction == 1.0
@@ -94,9 +83,7 @@ async def test_a_pause_between_two_phases_of_the_look_stops_those_who_scan() -> 
     async with flying(flight) as run:
         await flight.until(lambda: bool(paused))
         await flight.clock.sleep(6.0)
-        paused_m = norths_m(flight, set(range(1, 9)))
-        await flight.clock.sleep(10.0)
-        assert norths_m(flight, set(range(1, 9))) == pytest.approx(paused_m, abs=0.01)
+        await stand_still(flight, flight.fleet.members, 10.0)
         await flight.commands.act(Action.ABORT, None)
         await run
 
@@ -136,8 +123,6 @@ async def test_a_vehicle_that_scans_and_is_paused_alone_stops_at_once() -> None:
         await flight.until(lambda: is_scanned_on(flight))
         chosen = min(vehicles_of(flight, Group.SCAN))
         await flight.commands.act(Action.PAUSE, (chosen,))
-        paused_m = flight.fleet.members[chosen].position_enu_m()
-        await flight.clock.sleep(5.0)
-        assert flight.fleet.members[chosen].position_enu_m() == pytest.approx(paused_m, abs=0.01)
+        await stand_still(flight, (chosen,), 5.0)
         await flight.commands.act(Action.ABORT, None)
         await run
