@@ -68,9 +68,11 @@ class DocumentFrame:
     after: str
     begin_mark: str = BEGIN_MARK
 
-    def format(self, body: str) -> str:
-        """Return the whole document."""
-        return f"{self.before}{self.begin_mark}\n\n{body}\n\n{END_MARK}\n{self.after}"
+    def write(self, path: Path, body: str) -> None:
+        """Write the whole document, in a new folder where there is none."""
+        path.parent.mkdir(parents=True, exist_ok=True)
+        text = f"{self.before}{self.begin_mark}\n\n{body}\n\n{END_MARK}\n{self.after}"
+        path.write_text(text, encoding="utf-8")
 
 
 def write_document(
@@ -102,7 +104,7 @@ def write_document(
         *_goals(comparisons),
         *(part for study in STUDIES for part in _study(study, comparisons[study.name], pictures.name)),
     ]
-    path.write_text(frame.format(body="\n\n".join(sections)), encoding="utf-8")
+    frame.write(path, "\n\n".join(sections))
 
 
 def document_frame(

@@ -45,7 +45,6 @@ def reproduce(
             compute(results, advance, jobs=jobs, scheduler=scheduler)
 
     # Before hours of work: what cannot be written or renewed is refused at once.
-    # Before hours of work: what cannot be written or renewed is refused at once.
     check_folder(out)
     path = document or out / "results.md"
     frame = document_frame(path)

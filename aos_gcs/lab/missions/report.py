@@ -225,8 +225,7 @@ def write_document(
         f"pixels. In brackets: intervals of {100 * CONFIDENCE:.0f} % (shares by Wilson, rates by Poisson, the others "
         f"by bootstrap; none below {_MIN_FOR_INTERVAL} values).\n\n{tables.rstrip()}"
     )
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(frame.format(body=body), encoding="utf-8")
+    frame.write(path, body)
 
 
 def _name(group: MissionGroup) -> tuple[str, str, str]:

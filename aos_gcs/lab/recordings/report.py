@@ -127,8 +127,7 @@ def write_document(path: Path, frame: DocumentFrame, settings: WindowSettings, r
         f"within {MATCH_M:g} m. In brackets: intervals of {100 * CONFIDENCE:.0f} % (shares by Wilson, rates by "
         f"Poisson), as if windows were independent.\n\n{as_markdown(results).rstrip()}"
     )
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(frame.format(body=body), encoding="utf-8")
+    frame.write(path, body)
 
 
 def _total(detector: str, results: Sequence[WindowResult]) -> Total:

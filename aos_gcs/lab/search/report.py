@@ -238,5 +238,4 @@ def write_document(
         f"at most, close look {settings.close_look_s:g} s. In brackets: Wilson's intervals of "
         f"{100 * CONFIDENCE:.0f} %.\n\n{tables.rstrip()}"
     )
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(frame.format(body=body), encoding="utf-8")
+    frame.write(path, body)

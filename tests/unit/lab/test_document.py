@@ -60,9 +60,9 @@ def test_studies_have_names_of_their_own() -> None:
 
 def test_renewing_a_document_keeps_the_text_around_the_figures(tmp_path) -> None:
     document = tmp_path / "results.md"
-    document.write_text(document_frame(document).format("first figures"))
+    document_frame(document).write(document, "first figures")
     document.write_text("# Title\n\ndiscussion\n\n" + document.read_text().partition("\n\n")[2] + "\nappendix\n")
-    document.write_text(document_frame(document).format("second figures"))
+    document_frame(document).write(document, "second figures")
     text = document.read_text()
     assert text.startswith("# Title\n\ndiscussion\n\n<!--")
     assert text.endswith("\nappendix\n")
