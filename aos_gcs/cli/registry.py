@@ -52,21 +52,17 @@ def group_class(built_in: Mapping[str, str]) -> type[TyperGroup]:
         def invoke(self, ctx: Any) -> Any:
             try:
                 return super().invoke(ctx)
-            except Exception as error:
-                _tell_plainly(error)
+            except typer.BadParameter as error:
+                # Put the words of this program for those of the library that checks the values of options.
+                problems = getattr(error.__cause__, "errors", None)
+                if problems is not None:
+                    error.message = problem_texts(problems(), "it")[0]
                 raise
 
         def list_commands(self, ctx: Any) -> list[str]:  # noqa: ARG002 - typer's signature
             return list(commands)
 
     return Group
-
-
-def _tell_plainly(error: Exception) -> None:
-    """Put the words of this program for those of the library that checks the values of options, where it does."""
-    problems = getattr(error.__cause__, "errors", None)
-    if hasattr(error, "message") and problems is not None:
-        error.message = problem_texts(problems(), "it")[0]
 
 
 def _load(name: str, point: EntryPoint) -> Any:
