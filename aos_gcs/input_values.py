@@ -36,6 +36,15 @@ _PROBLEMS: Final = {
 """Types of pydantic's errors in the words of this program."""
 
 
+def finite_numbers(text: str) -> list[float]:
+    """Return numbers separated by commas; none at all unless all of them are finite."""
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError:
+        return []
+    return numbers if all(map(math.isfinite, numbers)) else []
+
+
 def finite_number(value: object) -> float | None:
     """Return a number of a JSON or TOML document; None where it is none, not finite, or too large for a float."""
     if isinstance(value, bool) or not isinstance(value, int | float):

@@ -13,7 +13,6 @@ import typer
 from numpy.typing import NDArray
 
 from aos_gcs.cli.output import progress
-from aos_gcs.cli.survey_options import parse_numbers
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.projection import Plane, project_points
 from aos_gcs.imaging.focus.autofocus import find_focus
@@ -22,6 +21,7 @@ from aos_gcs.imaging.focus.terrain import find_terrain_focus
 from aos_gcs.imaging.model import Frame
 from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.imaging.undistort import seen_pixels
+from aos_gcs.input_values import finite_numbers
 from aos_gcs.surveys.images import LazyFrames
 from aos_gcs.surveys.model import Survey, SurveyImage
 
@@ -168,14 +168,14 @@ def _sees(image: SurveyImage, points_m: NDArray[np.float64]) -> bool:
 
 
 def _height_range(text: str) -> tuple[float, float]:
-    heights_m = parse_numbers(text)
+    heights_m = finite_numbers(text)
     if len(heights_m) != 2 or heights_m[0] >= heights_m[1]:
         raise ConfigurationError(f"--autofocus needs two heights LOW,HIGH in metres, the lower first, got {text!r}.")
     return heights_m[0], heights_m[1]
 
 
 def _region(text: str) -> GroundRegion:
-    edges_m = parse_numbers(text)
+    edges_m = finite_numbers(text)
     if len(edges_m) != 4 or edges_m[0] >= edges_m[2] or edges_m[1] >= edges_m[3]:
         raise ConfigurationError(f"--focus-region needs X0,Y0,X1,Y1 in metres, the smaller corner first, got {text!r}.")
     return GroundRegion(*edges_m)

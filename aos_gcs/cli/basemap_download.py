@@ -12,8 +12,8 @@ import typer
 
 from aos_gcs.cli.output import progress
 from aos_gcs.cli.planned import planned_places, read_settings
-from aos_gcs.cli.survey_options import parse_numbers
 from aos_gcs.errors import ConfigurationError
+from aos_gcs.input_values import finite_numbers
 
 if TYPE_CHECKING:
     from aos_gcs.basemaps.making import BasemapReport
@@ -144,7 +144,7 @@ def _degrees(options: ServerOptions) -> tuple[float, float, float, float]:
         raise ConfigurationError("--tiles needs either --area W,S,E,N or --plan FILE.toml.")
     if options.plan is not None:
         return _around(options.plan)
-    match parse_numbers(options.area or ""):
+    match finite_numbers(options.area or ""):
         case [west, south, east, north]:
             return west, south, east, north
     raise ConfigurationError(f"--area needs west,south,east,north in degrees, got {options.area!r}.")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,6 +11,7 @@ import typer
 
 from aos_gcs.cli.run import CODE_FILE_HELP, run_until_terminated, stay_up
 from aos_gcs.errors import ConfigurationError
+from aos_gcs.input_values import finite_numbers
 
 if TYPE_CHECKING:
     from aos_gcs.runtime.simulated.demo import DemoOptions
@@ -124,13 +124,10 @@ def demo(
 
 
 def _place(text: str) -> tuple[float, float, float]:
-    try:
-        latitude_deg, longitude_deg, altitude_amsl_m = map(float, text.split(","))
-    except ValueError as error:
-        raise ConfigurationError(f"--origin must be LAT,LON,ALT (three numbers), got {text!r}.") from error
-    if not all(map(math.isfinite, (latitude_deg, longitude_deg, altitude_amsl_m))):
-        raise ConfigurationError(f"--origin must be LAT,LON,ALT (three numbers), got {text!r}.")
-    return latitude_deg, longitude_deg, altitude_amsl_m
+    match finite_numbers(text):
+        case [latitude_deg, longitude_deg, altitude_amsl_m]:
+            return latitude_deg, longitude_deg, altitude_amsl_m
+    raise ConfigurationError(f"--origin must be LAT,LON,ALT (three numbers), got {text!r}.")
 
 
 async def _fly(options: DemoOptions, as_json: bool, stay: bool) -> Score:

@@ -9,8 +9,8 @@ from typing import Annotated
 import typer
 
 from aos_gcs.cli.output import progress
-from aos_gcs.cli.survey_options import parse_numbers
 from aos_gcs.errors import ConfigurationError
+from aos_gcs.input_values import finite_numbers
 from aos_gcs.surveys.video.subtitles import Attitude
 
 PANEL = "Frames"
@@ -118,8 +118,8 @@ def extract(
 def _attitude(text: str) -> Attitude:
     """Return the attitude that replaces the gimbal's."""
     yaw, _, angles = text.partition(",")
-    numbers = parse_numbers(angles)
-    yaw_deg = [math.nan] if yaw.strip() == "course" else parse_numbers(yaw)
+    numbers = finite_numbers(angles)
+    yaw_deg = [math.nan] if yaw.strip() == "course" else finite_numbers(yaw)
     is_turn = all(abs(angle) <= 360.0 for angle in numbers) and not any(abs(angle) > 360.0 for angle in yaw_deg)
     if len(numbers) not in (1, 2) or len(yaw_deg) != 1 or not is_turn:
         raise ConfigurationError(

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.exports.anomaly_table import FORMATS, encode_anomalies
-from aos_gcs.exports.files import check_apart, check_folder, check_writable, written_whole
+from aos_gcs.exports.files import check_apart, check_folder, check_suffix, check_writable, written_whole
 from aos_gcs.exports.georeference import Georeference
 from aos_gcs.exports.rasters import (
     RASTER_SUFFIXES,
@@ -153,11 +153,15 @@ class ResultOptions:
             check_writable(path)
         if self.thumbnails is not None:
             check_folder(self.thumbnails)
-        _check_suffix("--out", (self.out,), RASTER_SUFFIXES)
-        _check_suffix("--count", (self.count,), RASTER_SUFFIXES)
-        _check_suffix("--png", (self.png,), (".png",))
-        _check_suffix("--anomaly", self.anomaly, (*RASTER_SUFFIXES, ".png"))
-        _check_suffix("--blobs", (self.blobs,), tuple(FORMATS))
+        for option, named, suffixes in (
+            ("--out", (self.out,), RASTER_SUFFIXES),
+            ("--count", (self.count,), RASTER_SUFFIXES),
+            ("--png", (self.png,), (".png",)),
+            ("--anomaly", self.anomaly, (*RASTER_SUFFIXES, ".png")),
+            ("--blobs", (self.blobs,), tuple(FORMATS)),
+        ):
+            for path in filter(None, named):
+                check_suffix(option, path, *suffixes)
         if not self.ortho:
             if self.blobs is not None:
                 raise ConfigurationError("--blobs lists the anomalies of a map: request one with --ortho RES.")
@@ -259,9 +263,3 @@ class ResultOptions:
                 write_picture(path, shade_counts(strong, coverage > 0))
             else:
                 write_raster(path, significances, place, ("significance",), None)
-
-
-def _check_suffix(option: str, paths: Sequence[Path | None], suffixes: tuple[str, ...]) -> None:
-    for path in paths:
-        if path is not None and path.suffix.lower() not in suffixes:
-            raise ConfigurationError(f"{option} {path}: the name must end in one of {', '.join(suffixes)}.")

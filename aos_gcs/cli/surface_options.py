@@ -12,7 +12,6 @@ import typer
 
 from aos_gcs.cli.autofocus_options import PANEL, Autofocus, plane_or_autofocus
 from aos_gcs.cli.focus_stack import stack_heights_m, write_focus_stack
-from aos_gcs.cli.survey_options import parse_numbers
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
@@ -22,6 +21,7 @@ from aos_gcs.imaging.model import MapRaster
 from aos_gcs.imaging.surfaces.dem_files import is_geotiff, read_dem
 from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.imaging.views import FocalSurface
+from aos_gcs.input_values import finite_numbers
 from aos_gcs.surveys.model import Survey
 
 MAX_TILT_DEG = 60.0
@@ -251,7 +251,7 @@ def _slopes(tilt: str | None) -> tuple[float, float]:
     """Return the slopes along x and y."""
     if tilt is None:
         return 0.0, 0.0
-    angles_deg = parse_numbers(tilt)
+    angles_deg = finite_numbers(tilt)
     if len(angles_deg) != 2 or not all(abs(angle) <= MAX_TILT_DEG for angle in angles_deg):
         raise ConfigurationError(
             f"--tilt needs two angles NORTH_DEG,EAST_DEG of at most {MAX_TILT_DEG:g} degrees, got {tilt!r}."

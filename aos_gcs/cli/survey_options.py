@@ -18,7 +18,7 @@ from aos_gcs.geometry.distortion import LensDistortion, LensModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.geometry.heights import SEA_LEVEL, AmslM
 from aos_gcs.geotags.sensors import Sensor
-from aos_gcs.input_values import printable
+from aos_gcs.input_values import finite_numbers, printable
 from aos_gcs.surveys.conventions import NAMES, PoseConvention, parse_convention
 from aos_gcs.surveys.model import Survey, SurveyImage
 from aos_gcs.surveys.photos import read_photos
@@ -268,15 +268,6 @@ def _calibrated(survey: Survey, calibration: Calibration) -> Survey:
     return replace(survey, images=tuple(replace(image, pose=calibration.pose(image.pose)) for image in images))
 
 
-def parse_numbers(text: str) -> list[float]:
-    """Return numbers separated by commas; none at all unless all of them are finite."""
-    try:
-        numbers = [float(part) for part in text.split(",")]
-    except ValueError:
-        return []
-    return numbers if all(math.isfinite(number) for number in numbers) else []
-
-
 def report_skipped(total: int, reasons: Sequence[tuple[str, str]]) -> None:
     """Print on standard error how many images are skipped, and why the first; names and reasons are given."""
     if reasons:
@@ -338,7 +329,7 @@ def _conditions(text: str) -> MeasurementConditions:
         field, least, most = _SCENE[name.strip()]
         if field in values:
             raise ConfigurationError(f"--degrees gives {name.strip()} twice: leave one out.")
-        number = parse_numbers(value)
+        number = finite_numbers(value)
         if len(number) != 1 or not least <= number[0] <= most:
             raise ConfigurationError(
                 f"--degrees: {name.strip()} must lie between {least:g} and {most:g}, got {value!r}."
@@ -357,7 +348,7 @@ def _distortion(lens: str | None, fisheye: str | None) -> LensDistortion | None:
 
 def _origin(text: str) -> GeodeticPosition:
     """Return a position; at sea level where no altitude is given."""
-    numbers = parse_numbers(text)
+    numbers = finite_numbers(text)
     if len(numbers) not in (2, 3) or not is_place(*numbers):
         raise ConfigurationError(f"--origin needs LATITUDE,LONGITUDE[,ALTITUDE] in degrees and metres, got {text!r}.")
     return GeodeticPosition(numbers[0], numbers[1], AmslM(numbers[2]) if len(numbers) == 3 else SEA_LEVEL)

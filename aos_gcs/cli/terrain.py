@@ -14,6 +14,7 @@ from aos_gcs.elevation.datum import VerticalDatum
 from aos_gcs.elevation.report import ElevationReport, PlaceHeight, report_of
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.geodesy import frame_scale_error
+from aos_gcs.input_values import finite_numbers
 
 if TYPE_CHECKING:
     from aos_gcs.elevation.model import ElevationModel
@@ -111,9 +112,7 @@ def check(
 
 
 def _place(text: str) -> PlaceHeight:
-    from aos_gcs.cli.survey_options import parse_numbers  # noqa: PLC0415 - keeps the other commands' help fast
-
-    numbers = parse_numbers(text)
+    numbers = finite_numbers(text)
     if len(numbers) != 2 or not (abs(numbers[0]) <= 90.0 and abs(numbers[1]) <= 180.0):
         raise ConfigurationError(f"--at needs LATITUDE,LONGITUDE in degrees, got {text!r}.")
     return PlaceHeight(text, numbers[0], numbers[1])

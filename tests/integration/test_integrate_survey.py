@@ -188,7 +188,7 @@ def unreachable() -> str:
 
 BAD_OPTIONS: dict[str, tuple[tuple[object, ...], str]] = {
     "view as GeoTIFF": (("--view", 0), r"Cannot write .*map\.tif: a view has no place on a map"),
-    "suffix": (("--ortho", 1, "--count", "c.jpg"), r"--count c\.jpg: the name must end in one of \.npy, \.tif"),
+    "suffix": (("--ortho", 1, "--count", "c.jpg"), r"--count c\.jpg: the name must end in \.npy or \.tif"),
     "table of a view": (("--view", 0, "--out", "v.npy", "--blobs", "b.csv"), "--blobs lists the anomalies of a map"),
     "median and trim": (("--ortho", 1, "--median", "--trim", 0.1), "--median and --trim exclude each other"),
     "rate": (("--ortho", 1, "--false-alarms-per-ha", 0), "--false-alarms-per-ha must lie between 0 and 20000"),
@@ -208,7 +208,7 @@ BAD_OPTIONS: dict[str, tuple[tuple[object, ...], str]] = {
     "origin": (("--ortho", 1, "--origin", "48,14"), "photographs have positions in their metadata"),
     "ground": (("--ortho", 1, "--ground", "nan"), "--ground must lie between -20,000 and 20,000 m"),
     "endless ground": (("--ortho", 1, "--ground", "1e308"), "--ground must lie between -20,000 and 20,000 m"),
-    "picture": (("--ortho", 1, "--png", "map.jpg"), r"--png map\.jpg: the name must end in one of \.png"),
+    "picture": (("--ortho", 1, "--png", "map.jpg"), r"--png map\.jpg: the name must end in \.png"),
     "score of nothing": (("--ortho", 1, "--min-score", 5), "--min-score is for anomalies: request them with --anomaly"),
     "degrees twice": (("--ortho", 1, "--degrees", "air=1,air=2"), "--degrees gives air twice: leave one out"),
     "ground above": (("--ortho", 1, "--ground", 900), "No image has the focal surface in front of its camera"),

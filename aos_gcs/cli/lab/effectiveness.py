@@ -11,6 +11,7 @@ import typer
 
 from aos_gcs.cluster import check_jobs
 from aos_gcs.errors import ConfigurationError, InputDataError
+from aos_gcs.input_values import finite_numbers
 from aos_gcs.process import use_one_opencv_thread
 
 
@@ -137,10 +138,7 @@ def parse_numbers(option: str, text: str) -> list[float]:
     Raises:
         ConfigurationError: the text is not a list of different finite numbers.
     """
-    try:
-        numbers = [float(part) for part in text.split(",")]
-    except ValueError:
-        numbers = [math.nan]
-    if not all(map(math.isfinite, numbers)) or len(set(numbers)) < len(numbers):
+    numbers = finite_numbers(text)
+    if not numbers or len(set(numbers)) < len(numbers):
         raise ConfigurationError(f"{option} must be numbers separated by commas, each once, but is {text!r}.")
     return numbers
